@@ -248,7 +248,7 @@ def summarise(
     repository: Repository, campaign: CampaignInfo, plan: CampaignPlan, stored: Plan
 ) -> CampaignSummary:
     """Read what a campaign came to from the database."""
-    code, message = gate_code(repository, campaign)
+    code, message = gate_code(repository, campaign, has_old=stored.reused > 0)
     texts = {item.id: item.text.strip() for item in plan.files.concept.spec.requirements}
     lines = [
         of_fields(

@@ -248,6 +248,24 @@ def test_no_verb_hands_on_verdicts_that_are_not_as_they_were_written(
 
 
 @pytest.mark.parametrize("verb", ["run", "judge"])
+@pytest.mark.parametrize(
+    "change",
+    [
+        "UPDATE metric SET contact = 0.0 WHERE contact = 1.0",
+        "UPDATE run SET end_reason = 'goal' WHERE number = 3",
+    ],
+)
+def test_nothing_that_was_altered_is_taken_for_a_result(
+    verb: str, change: str, adeye: Any, mini: Executed, folder: Path
+) -> None:
+    shutil.copy(mini.db, folder / "x.db")
+    alter(folder / "x.db", change)
+    done = adeye(verb, str(mini.project.odd), "--db", "x.db")
+    assert done.code == 4
+    assert "the database is not as it was written" in done.out + done.err
+
+
+@pytest.mark.parametrize("verb", ["run", "judge"])
 def test_verdict_that_is_gone_is_not_given_anew(
     verb: str, adeye: Any, mini: Executed, folder: Path
 ) -> None:

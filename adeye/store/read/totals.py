@@ -391,16 +391,32 @@ def _accounted(repository: Repository, campaign: CampaignInfo) -> tuple[int, int
     return progress.planned, progress.accounted - len(withdrawn), tuple(lost)
 
 
-def gate_code(repository: Repository, campaign: CampaignInfo) -> tuple[ExitCode, str]:
+def _altered(repository: Repository, campaign: CampaignInfo, *, has_old: bool) -> str:
+    """Say what of a campaign is not as it was written; empty for nothing."""
+    unsound = repository.unsound(campaign.id)
+    if unsound:
+        return _named(unsound)
+    try:
+        if has_old:
+            repository.require_sound(campaign.id)
+    except IntegrityError as error:
+        return str(error)
+    return ""
+
+
+def gate_code(
+    repository: Repository, campaign: CampaignInfo, *, has_old: bool = False
+) -> tuple[ExitCode, str]:
     """Decide the exit code of a campaign and say why.
 
     Args:
         repository: The database.
         campaign: The campaign.
+        has_old: Whether it rests on rows that were not just written, so that each is compared.
     """
-    unsound = repository.unsound(campaign.id)
-    if unsound:
-        return ExitCode.INTEGRITY, _named(unsound)
+    altered = _altered(repository, campaign, has_old=has_old)
+    if altered:
+        return ExitCode.INTEGRITY, altered
     verdicts: dict[str, list[Verdict]] = {name: [] for name in campaign.gate}
     reasons: list[str] = []
     aside: list[str] = []
