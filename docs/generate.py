@@ -309,12 +309,12 @@ PAGES: Final[Mapping[str, Callable[[], str]]] = {
 README: Final = ROOT / "README.md"
 REPORT_SCHEMA: Final = ROOT / "docs" / "schema" / "report.schema.json"
 NOTES: Final = {
-    "R1": "worlds and scenarios from YAML; no OpenSCENARIO, OpenDRIVE, OpenStreetMap, CommonRoad",
-    "R2": "one command runs every scenario of an ODD and resumes; parametric roads, no maps",
+    "R1": "worlds and scenarios from YAML, roads from OpenDRIVE; no OpenSCENARIO, CommonRoad",
+    "R2": "one command runs every scenario of an ODD and resumes, also at every place of a map",
     "R3": "`adeye run` and `adeye.run` take the same file",
     "R4": "two nominal channels, one for policies, a safety channel; replaceable by name",
     "R5": "channels, sensors, metrics, executors of others by name; faults only by hooks of theirs",
-    "R6": "bicycle with actuator lag and friction circle, occlusion, weather; no slopes, no slip",
+    "R6": "bicycle with actuator lag and friction circle, occlusion, weather, grades; no slip",
     "R7": "by dotted path; height and pitch matter to physical cameras and lidars only",
     "R8": "all six, with closed-form tests; all but physical camera and lidar in plan view",
     "R9": "to linked channels and to the trace; no export",
@@ -325,7 +325,7 @@ NOTES: Final = {
     "R14": "acceleration and steering angle, checked for every channel",
     "R15": "by channel id in trace and signals",
     "R16": "a second name",
-    "R17": "parametric roads, `extends:` and overrides; no map editor",
+    "R17": "parametric and imported roads, `extends:` and overrides; no map editor",
     "R18": "a scenario cannot name a sensor or a channel",
     "R19": "the `links` of a channel; whole lists of them are an axis of a sweep",
     "R20": "of sensors, channels and their insides, links, actuators, tyres and the switch",

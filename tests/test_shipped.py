@@ -22,6 +22,8 @@ pytestmark = pytest.mark.slow
 MOTORWAY = ROOT / "odd" / "motorway_chauffeur.yaml"
 URBAN = ROOT / "odd" / "urban_pedestrian_rain.yaml"
 STUDY = ROOT / "odd" / "sensor_study.yaml"
+ON_MAPS = {"ramp": 50, "rural_two_way": 30}
+"""ODDs on imported roads, and how many places of a map they have at least."""
 MOST_TEST_CASES, FEWEST_TEST_CASES = 300, 150
 MIN_EXERCISED = 30
 
@@ -141,6 +143,29 @@ def test_experiment_a_is_monotone_on_its_whole_grid(tmp_path: Path) -> None:
     rows = urban(shipped(tmp_path / "project", URBAN))
     assert len(rows) == 7524
     check_experiment(rows)
+
+
+# --- imported roads -------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module", params=ON_MAPS)
+def on_map(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Executed:
+    odd = ROOT / "odd" / f"{request.param}.yaml"
+    project = shipped(tmp_path_factory.mktemp(request.param) / "project", odd)
+    plan = project.plan()
+    return Executed(project, plan, project.run(workers=2), project.db)
+
+
+def test_imported_roads_come_from_many_places(on_map: Executed) -> None:
+    assert on_map.plan.expansion.count <= MOST_TEST_CASES
+    places = {row["point"]["place"] for row in on_map.project.rows()}
+    assert len(places) >= ON_MAPS[on_map.plan.files.odd.spec.odd]
+
+
+def test_candidate_passes_on_imported_roads_and_legacy_camera_does_not(on_map: Executed) -> None:
+    assert on_map.summary.exit_code is ExitCode.OK
+    others = {line.verdict for line in on_map.summary.verdicts if not line.is_gate}
+    assert Verdict.FAIL in others
 
 
 # --- the sensor study -----------------------------------------------------------------------------
