@@ -3,7 +3,8 @@
 The same platoon on three lanes, once with rails along a line of 60 arcs, whose lanes are cut into
 twelve slabs, once on the straight road of the two other kinds of arithmetic. Counted is what
 drivers decide and how they move, and that they are shown the ego; not contact, nor where the stage
-finds everything. CPU time of one thread, rounds interleaved; the ratio is what counts.
+finds everything. All runs are on one road; as many roads as runs would not stay in the cache. CPU
+time of one thread, rounds interleaved; the ratio is what counts.
 
     python benchmarks/rails.py            the whole measurement
     python benchmarks/rails.py --smoke    one short round, to see that it works

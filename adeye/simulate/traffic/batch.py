@@ -19,7 +19,7 @@ from adeye.kernel.traffic import network
 from adeye.kernel.traffic.drivers import advance_fast, advance_reference, locate
 from adeye.kernel.traffic.network import Road
 from adeye.simulate.traffic import rails, variant_of
-from adeye.simulate.traffic.rails import lay_rails, react_on_rails, write_reacted
+from adeye.simulate.traffic.rails import Laid, lay_rails, react_on_rails, write_reacted
 from adeye.simulate.traffic.stage import Stage, Staged
 from adeye.simulate.world.compile import World, compile_world
 from adeye.simulate.world.roads import RUN_OUT
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from adeye.kernel.traffic.rails import Rails
     from adeye.signals import Bools, Floats, Ints, Scene, SceneContext
     from adeye.simulate.world.formulas import Situation
 
@@ -66,7 +65,7 @@ class BatchTraffic(Staged):
         """
         super().__init__()
         self.variant = variant_of(self.name, variant)
-        self._rails: Rails | None = None
+        self._rails: Laid | None = None
         self._react = react_fast if self.variant.startswith("fast") else react_reference
 
     def reset(self, cases: Sequence[Situation]) -> tuple[SceneContext, Scene]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -20,7 +20,19 @@ if TYPE_CHECKING:
     from adeye.simulate.world.compile import World
 
 
-def lay_rails(world: World, scene: Scene, vehicles: Floats, marks: Ints) -> Rails:
+class Laid(NamedTuple):
+    """The rails of a batch.
+
+    Attributes:
+        rails: Lines, lanes and rows of each road (P, ...), vehicles and marks of each run (B, ...).
+        road_of: (B,) number of the road of each run; many have the same, which stays in the cache.
+    """
+
+    rails: Rails
+    road_of: Ints
+
+
+def lay_rails(world: World, scene: Scene, vehicles: Floats, marks: Ints) -> Laid:
     """Lay the rails of a batch and put everything on them.
 
     Args:
@@ -36,24 +48,28 @@ def lay_rails(world: World, scene: Scene, vehicles: Floats, marks: Ints) -> Rail
     context = world.context
     slabs, strips = context.road.slabs, context.road.strips
     runs, pieces, count = *context.road.segments.shape[:2], strips.shape[1]
-    laid = Rails(
-        np.zeros((runs, pieces + 1, rails.LINE_WIDTH)),
-        np.zeros((runs, count, rails.LANE_WIDTH)),
-        np.zeros((runs, count, rails.ROW_WIDTH)),
+    across = zip(context.road.segments, context.road.length, slabs, strips, strict=True)
+    keys = [b"".join(part.tobytes() for part in parts) for parts in across]
+    roads = {key: number for number, key in enumerate(dict.fromkeys(keys))}
+    own = Rails(
+        np.zeros((len(roads), pieces + 1, rails.LINE_WIDTH)),
+        np.zeros((len(roads), count, rails.LANE_WIDTH)),
+        np.zeros((len(roads), count, rails.ROW_WIDTH)),
         np.pad(vehicles, ((0, 0), (0, 0), (0, rails.VEHICLE_WIDTH - network.VEHICLE_WIDTH))),
         np.pad(marks, ((0, 0), (0, 0), (0, rails.MARK_WIDTH - network.MARK_WIDTH))),
     )
-    laid.vehicles[:, 0, rails.HALF_ACROSS] = 0.5 * context.ego_size[:, 1]
-    laid.vehicles[:, 1:, rails.HALF_ACROSS] = 0.5 * context.object_sizes[..., 1]
-    keys = np.arange(marks.shape[1])
-    laid.marks[..., rails.KEY] = laid.marks[..., rails.BY_KEY] = keys
-    for run in range(runs):
-        line, lanes, rows = laid.line[run], laid.lanes[run], laid.rows[run]
-        rails.lay_line(context.road.segments[run], RUN_OUT, line)
-        length = float(context.road.length[run])
+    laid = Laid(own, np.array([roads[key] for key in keys]))
+    own.vehicles[:, 0, rails.HALF_ACROSS] = 0.5 * context.ego_size[:, 1]
+    own.vehicles[:, 1:, rails.HALF_ACROSS] = 0.5 * context.object_sizes[..., 1]
+    own.marks[..., rails.KEY] = own.marks[..., rails.BY_KEY] = np.arange(marks.shape[1])
+    for key, road in roads.items():
+        run = keys.index(key)
+        rails.lay_line(context.road.segments[run], RUN_OUT, own.line[road])
         # What fills slabs up begins nowhere.
-        own = slabs[run][np.isfinite(slabs[run, :, SLAB_BEGIN])]
-        found = rails.lay_lanes(own, strips[run], length, line, lanes, rows)
+        begun = slabs[run][np.isfinite(slabs[run, :, SLAB_BEGIN])]
+        length = float(context.road.length[run])
+        rows = own.line[road], own.lanes[road], own.rows[road]
+        found = rails.lay_lanes(begun, strips[run], length, *rows)
         if found > rails.MOST_LANES:
             raise SpecError(
                 f"world.place: along the road {found} lanes begin, more than {rails.MOST_LANES}",
@@ -76,15 +92,14 @@ def lay_rails(world: World, scene: Scene, vehicles: Floats, marks: Ints) -> Rail
 
 
 @inlined
-def _rails_of(laid: Rails, run: int) -> Rails:
+def _rails_of(laid: Laid, run: int) -> Rails:
     """Return the rails of one run."""
-    return Rails(
-        laid.line[run], laid.lanes[run], laid.rows[run], laid.vehicles[run], laid.marks[run]
-    )
+    road, own = laid.road_of[run], laid.rails
+    return Rails(own.line[road], own.lanes[road], own.rows[road], own.vehicles[run], own.marks[run])
 
 
 @compiled
-def begin_drivers(objects: Floats, places: Floats, laid: Rails, placed: Bools) -> None:
+def begin_drivers(objects: Floats, places: Floats, laid: Laid, placed: Bools) -> None:
     """Put the reactive actors into their lanes.
 
     Args:
@@ -94,8 +109,8 @@ def begin_drivers(objects: Floats, places: Floats, laid: Rails, placed: Bools) -
         placed: (B, 1 + M) out: false for whom there is no lane.
     """
     for run in range(objects.shape[0]):
-        for who in range(1, laid.marks.shape[1]):
-            if laid.marks[run, who, network.ROLE] >= network.FOLLOWING:
+        for who in range(1, laid.rails.marks.shape[1]):
+            if laid.rails.marks[run, who, network.ROLE] >= network.FOLLOWING:
                 place = places[run, who - 1]
                 aslant = objects[run, who - 1, OBJECT_HEADING] - place[PLACE_HEADING]
                 way = -1.0 if cos(aslant) < 0.0 else 1.0
@@ -111,7 +126,7 @@ def show_placed(
     objects: Floats,
     ego_place: Floats,
     object_places: Floats,
-    laid: Rails,
+    laid: Laid,
 ) -> None:
     """Show the ego, the scripted actors and the static objects to the drivers.
 
@@ -126,8 +141,8 @@ def show_placed(
     for run in range(running.shape[0]):
         if not running[run]:
             continue
-        for who in range(laid.marks.shape[1]):
-            if laid.marks[run, who, network.ROLE] >= network.FOLLOWING:
+        for who in range(laid.rails.marks.shape[1]):
+            if laid.rails.marks[run, who, network.ROLE] >= network.FOLLOWING:
                 continue
             place = ego_place[run] if who == 0 else object_places[run, who - 1]
             # The first columns of both agree.
@@ -136,7 +151,7 @@ def show_placed(
             s, d, speed = place[PLACE_S], place[PLACE_D], state[OBJECT_SPEED]
             rails.show_thing(_rails_of(laid, run), who, s, d, aslant, speed)
             if who > 0:
-                laid.vehicles[run, who, network.DESIRED_SPEED] = speed
+                laid.rails.vehicles[run, who, network.DESIRED_SPEED] = speed
 
 
 @compiled
@@ -155,7 +170,7 @@ def write_reacted(vehicles: Floats, marks: Ints, reacted: Floats) -> None:
 
 
 @compiled
-def react_on_rails(running: Bools, laid: Rails, step: float, reacted: Floats) -> None:
+def react_on_rails(running: Bools, laid: Laid, step: float, reacted: Floats) -> None:
     """Advance the reactive actors of all runs by one tick.
 
     Args:
