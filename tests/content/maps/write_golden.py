@@ -16,6 +16,9 @@ junctions are not among its edges, and it knows no direct junctions: they are ta
 ``sumo.csv``: how many lanes and junctions there are, and how long the roads are, along their slope.
 """
 
+# mypy: ignore-errors
+# What reads maps here is the libraries of others, which have no types.
+
 import csv
 import subprocess
 import sys
