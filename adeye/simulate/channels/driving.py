@@ -53,6 +53,9 @@ MAX_LATERAL: Final = 3.0
 keeping systems of passenger cars at most 3 m/s²."""
 
 IDM_EXPONENT: Final = 4.0
+LATE: Final = 2.0
+"""How much sooner a speed is asked for on roads whose limits and bends are looked for [s]. Our
+choice."""
 _CURVE_PREVIEWS: Final = (0.0, 1.0, 2.0, 4.0)
 """Where the curvature ahead is read, in seconds at the present speed."""
 
@@ -149,8 +152,11 @@ def allowed_speed(record: Any, ground: Ground, pose: Floats, path_d: float) -> f
     """
     segments = ground.segments
     if has_strips(ground):
+        # Who follows a falling speed is late: the driver brakes only when it is faster.
+        ahead = pose[POSE_S] + LATE * pose[POSE_SPEED]
         braking = record["comfort_deceleration"]
-        return allowed_ahead(ground, pose[POSE_S], path_d, record["desired_speed"], braking)
+        later = allowed_ahead(ground, ahead, path_d, record["desired_speed"], braking)
+        return min(later, allowed_ahead(ground, pose[POSE_S], path_d, later, braking))
     allowed = min(record["desired_speed"], limit_at(ground, pose[POSE_S], path_d))
     if segments.shape[0] == 1 and segments[0, 4] == 0.0:
         return float(allowed)
@@ -169,7 +175,7 @@ def allowed_ahead(ground: Ground, s: float, d: float, desired: float, braking: f
     """Return the speed that lets a vehicle keep to every limit and bend ahead of it [m/s].
 
     Args:
-        ground: An imported road.
+        ground: A road with strips.
         s: Of the vehicle [m].
         d: Of its path [m].
         desired: [m/s].
