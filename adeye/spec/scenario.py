@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field, model_validator
+from pydantic import ConfigDict, Field, model_validator
 
 from adeye.errors import InputError
 from adeye.spec import quantity as q
@@ -212,8 +212,16 @@ class PlaceQuery(q.Record):
     max_speed_limit: q.Speed | None = None
 
 
+def _road_or_place(schema: dict[str, Any]) -> None:
+    """Ask a file for a road or for places of a map: adeye fills in the road of these."""
+    schema["required"] = [name for name in schema["required"] if name != "road"]
+    schema["oneOf"] = [{"required": ["road"]}, {"required": ["map", "place"]}]
+
+
 class World(q.GrownRecord):
     """The road and what stands beside or on it."""
+
+    model_config = ConfigDict(json_schema_extra=_road_or_place)
 
     later: ClassVar[tuple[str, ...]] = ("map", "place")
 

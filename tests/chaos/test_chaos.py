@@ -15,6 +15,7 @@ import pytest
 from adeye.store import encoding
 from adeye.store.evidence import verification
 from adeye.store.evidence import verification as soundness
+from adeye.store.repository import Repository
 from adeye.store.write import queue as leasing
 from tests.chaos.bench import DB, ODD_FILE, PLUGIN, Bench
 from tests.chaos.stored import tally_made_green
@@ -57,6 +58,7 @@ def test_untouched_campaign_is_green(bench: Bench) -> None:
 
 def test_altered_tally_would_be_green_without_the_check(bench: Bench) -> None:
     bench.monkeypatch.setattr(soundness, "unsound", lambda *_: iter(()))
+    bench.monkeypatch.setattr(Repository, "require_sound", lambda *_: None)
     assert tally_made_green(bench).code == 0
 
 
