@@ -40,11 +40,11 @@ RUNNER = """
 import json
 import sys
 
-from adeye.campaign import runner, tasks
+from adeye.campaign import run as runner
 from adeye.campaign.plan import make_plan
 
 runner.block_size = lambda _: 2
-tasks.LEASE_S = runner.LEASE_S = 2.0
+runner.LEASE_S = 2.0
 runner.POLL_S = 0.1
 
 

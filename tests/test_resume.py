@@ -21,7 +21,7 @@ RUNNER = """
 import sys
 
 import adeye
-from adeye.campaign import runner
+from adeye.campaign import run as runner
 
 runner.block_size = lambda _: 3  # many blocks, so that there is something to interrupt
 tell = lambda state: print(state.done, flush=True)
