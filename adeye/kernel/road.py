@@ -30,8 +30,9 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-_MANY: Final = 8
-"""From so many segments on, those that are far from a point are passed over."""
+MANY: Final = 8
+"""With more segments than that, those that are far from a point are passed over. Whoever fills
+lines up to one length takes care that this does not hang on their neighbours."""
 
 #: Curvature [1/m] below which a segment counts as straight; it bends by 5e-10 m over 1 km.
 STRAIGHTEST = 1e-15
@@ -153,7 +154,7 @@ def local(segments: Floats, x: float, y: float) -> tuple[float, float, float, fl
     if math.isnan(x + y):
         return math.nan, math.nan, math.nan, math.nan
     last = segments.shape[0] - 1
-    if last >= _MANY:
+    if last >= MANY:
         return _local_of_many(segments, x, y)
     nearest = math.inf
     best_s = best_d = best_heading = best_curvature = math.nan

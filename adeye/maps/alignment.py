@@ -371,7 +371,7 @@ def length_beside(
         pieces: (G, 15), see the module.
         cubics: (M, 5), see the module.
         start: On the road [m].
-        end: On the road, side == BEHIND ``start`` [m].
+        end: On the road, not before ``start`` [m].
         scratch: As for ``place_beside``.
     """
     length = 0.0

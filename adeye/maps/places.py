@@ -323,6 +323,8 @@ def _laid(key: str, kind: str, asked: Asked, pieces: Sequence[Piece], here: floa
         pieces: The cross-sections that the road leads over.
         here: Where on their line the place is [m].
     """
+    if any((strips[:, across.STRIP_LANE] < 0.0).all() for item in pieces for strips in item.strips):
+        return "where no lane is wide enough"
     window = here - asked.before, here + asked.after
     road = _put_together(pieces, window, "")
     bend = max(abs(curvature) for _, curvature in road.line)

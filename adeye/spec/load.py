@@ -192,6 +192,12 @@ def load_scenario(path: str | Path) -> Loaded[LogicalScenario]:
     loaded = _load(Path(path), LogicalScenario)
     if loaded.spec.world.map is None:
         return loaded
+    if {"map", "road"} <= loaded.documents[0].value.get("world", {}).keys():
+        raise SpecError(
+            "world: a road and a map are both given",
+            where=loaded.locate(("world", "map")),
+            remedy="Keep one of them.",
+        )
     place = find_places(loaded.spec, loaded.locate)[0]
     content = {**loaded.content, "world": {**loaded.content["world"], "road": place.content}}
     spec = validate(_Merged(content, loaded.documents), LogicalScenario)

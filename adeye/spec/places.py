@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import gc
 import math
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import lru_cache
@@ -17,6 +18,7 @@ from pydantic import Field
 
 from adeye.errors import SourceLocation, SpecError, suggest
 from adeye.identity import digest
+from adeye.notices import notice
 from adeye.spec.document import Loc, load_document, validate
 from adeye.spec.quantity import Record
 from adeye.spec.scenario import LogicalScenario
@@ -126,8 +128,21 @@ def find_places(
     for path in _maps(scenario, locate):
         with_reasons = read_places(path, asked)
         found += map(PlaceRoad, with_reasons.places)
+        guessed = sum(place.is_guessed for place in with_reasons.places)
+        if guessed:
+            told = (
+                f"{path}: {guessed:,} places lack a speed limit; one usual for their kind is taken"
+            )
+            notice(told, topic=told, every_s=math.inf)
         for reason, count in with_reasons.refused.items():
             reasons[reason] = reasons.get(reason, 0) + count
+    twice = [key for key, count in Counter(map(str, found)).items() if count > 1]
+    if twice:
+        raise SpecError(
+            f"world.map: place {shown(twice[0])} is there twice",
+            where=locate(("world", "map")),
+            remedy="Name the files of maps differently.",
+        )
     if not found:
         looked = ", ".join(f"{count:,} {reason}" for reason, count in sorted(reasons.items()))
         raise SpecError(

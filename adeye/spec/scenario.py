@@ -6,6 +6,7 @@ Numbers are formulas over the scenario's own parameters, so one file describes e
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -145,8 +146,19 @@ class Road(q.GrownRecord):
     def _radius_fits_kind(self) -> Iterator[Problem]:
         if self.kind != "imported" and (self.radius is None) != (self.kind == "straight"):
             yield (), f"a {self.kind} road takes {'no' if self.kind == 'straight' else 'a'} radius"
-        if bool(self.line) != (self.kind == "imported"):
+        if bool(self.line and self.slabs) != (self.kind == "imported"):
             yield (), "a place of a map gives a road its line; write world.map instead of it"
+        numbers = [number for piece in self.line for number in piece]
+        numbers += [number for _, strips in self.slabs for strip in strips for number in strip]
+        begins = [begin for begin, _ in self.slabs]
+        is_sound = (
+            all(map(math.isfinite, [*numbers, *begins, self.heading]))
+            and all(length > 0.0 for length, _ in self.line)
+            and begins == sorted(set(begins))
+            and all(len(strip) == 8 for _, strips in self.slabs for strip in strips)
+        )
+        if not is_sound:
+            yield (), "these are no numbers of a road that adeye has imported"
         if self.kind == "imported" and (self.opposite_lanes or self.lane_ends):
             yield (), "the lanes of an imported road are those of its map"
         if len(self.lane_ends) >= self.lanes:
@@ -230,6 +242,11 @@ class World(q.GrownRecord):
     """With a map, instead of a road: each place gives one."""
     road: Road
     objects: q.ById[StaticObject] = {}
+
+    @finds
+    def _place_has_a_map(self) -> Iterator[Problem]:
+        if self.place is not None and self.map is None:
+            yield ("place",), "a place is one of a map, and no map is named"
 
 
 class Environment(q.Record):

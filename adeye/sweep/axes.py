@@ -140,6 +140,11 @@ class AxisReader:
                 architectures = [item.spec for item in self.files.architectures.values()]
                 _require_path(architectures, path, "no architecture has this path")
                 return "architecture", path
+            if head == "scenario" and self.scenario.spec.world.map and _is_of_places(path):
+                raise SweepError(
+                    "this is what the place of a map decides",
+                    remedy="Vary the place by the axis place.",
+                )
             if head == "scenario" and path:
                 said = f"scenario {self.use_name} has no such path"
                 _require_path([self.scenario.spec], path, said)
@@ -191,6 +196,11 @@ class AxisReader:
         if parameter.range is not None:
             require_within(law, ends_of(parameter.range))
         return law, texts, tuple(map(read, texts))
+
+
+def _is_of_places(path: tuple[str, ...]) -> bool:
+    """Tell whether a dotted path leads to what chooses places of a map, or to the road of one."""
+    return path[0] == "world" and (len(path) == 1 or path[1] in {"map", "place", "road"})
 
 
 def _check_varied(kind: Kind, path: tuple[str, ...]) -> None:

@@ -368,7 +368,7 @@ def _fixed(files: OddFiles, group: Group) -> tuple[Changes, dict[str, float]]:
         if axis.kind == "parameter":
             values[name] = float(axis.values[0])
         elif varies(axis, group.architecture.spec, tuple(group.entry.split("+"))):
-            changes[axis.kind] += (Change(axis.path, text, where),)
+            changes[axis.kind] += (Change(axis.path, axis.texts[0], where),)
     return changes, values
 
 

@@ -136,6 +136,11 @@ def test_places_in_left_hand_traffic_and_near_junctions_are_refused_with_the_rea
     assert set(found(network(left)).refused) == {"in left-hand traffic"}
 
 
+def test_lanes_too_narrow_to_drive_in_are_no_place() -> None:
+    narrow = straight(section(lane(0), lane(-1, (0.0, 1.8, 0.0, 0.0, 0.0))))
+    assert "where no lane is wide enough" in found(network(narrow)).refused
+
+
 def test_a_way_that_comes_near_itself_has_no_road() -> None:
     ring = road([piece("arc", 300.0, 1.0 / 40.0)], section(lane(0), lane(-1, WIDE)))
     refused = found(network(ring), before=50.0, after=230.0).refused

@@ -24,6 +24,7 @@ from adeye import signals
 from adeye.errors import SpecError
 from adeye.kernel.elementary import sin, sin_cos
 from adeye.kernel.jit import compiled
+from adeye.kernel.road import MANY
 from adeye.kernel.strips import (
     DRIVING,
     LEAST_LANE,
@@ -192,7 +193,8 @@ def _imported(formulas: Formulas) -> tuple[list[tuple[Floats, Floats]], Floats]:
     Shorter ones are filled up with pieces of no length at the very end, where nobody drives.
     """
     heading = np.zeros(formulas.runs)
-    most = max(len(scenario.world.road.line) for scenario, _, _ in formulas.parts)
+    # Places are found in one way on all of them, whatever roads share the batch.
+    most = max(MANY, *(len(scenario.world.road.line) for scenario, _, _ in formulas.parts))
     lines = np.zeros((formulas.runs, most + 1, 2))
     for scenario, rows, _ in formulas.parts:
         road = scenario.world.road
@@ -248,11 +250,19 @@ def _lane_ends(formulas: Formulas) -> Floats:
     """Return where lanes of each run begin to narrow and how long they do (B, E, 2) [m]."""
     names = list(formulas.scenario.world.road.lane_ends)
     ends = np.zeros((formulas.runs, len(names), 2))
+    length = formulas.values("world.road.length", lambda s: s.world.road.length)
     for row, name in enumerate(names):
         where = f"world.road.lane_ends.{name}"
         for column, field in enumerate(("s", "taper")):
             ends[:, row, column] = formulas.limited(
                 f"{where}.{field}", _end(name, field), above=0.0
+            )
+        beyond = ends[:, row].sum(axis=1) > length + _ROUNDING
+        if beyond.any():
+            raise SpecError(
+                f"{where}.s: the lane has ended at {ends[beyond, row].sum(axis=1)[0]:g} m, but the "
+                f"road ends at {length[beyond][0]:g} m",
+                remedy="Let it end sooner, or make the road longer.",
             )
     return ends
 

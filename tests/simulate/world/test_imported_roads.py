@@ -8,7 +8,8 @@ import pytest
 
 from adeye.campaign.plan import CampaignPlan
 from adeye.errors import InputError
-from adeye.maps.opendrive import OpenDrive, RoadType
+from adeye.maps import lanes as lanes_of
+from adeye.maps.opendrive import Geometry, OpenDrive, RoadType
 from adeye.maps.opendrive_writer import write_opendrive
 from adeye.sweep.case import batches
 from tests.drawn_roads import lane, network, piece, road, section
@@ -69,6 +70,41 @@ def test_a_road_far_away_changes_no_test_case(tmp_path: Path) -> None:
     ]
     first, second = ([case.digest for case in plan.cases] for plan in plans)
     assert first == second
+
+
+def test_bits_of_a_run_do_not_hang_on_the_roads_beside_it(tmp_path: Path) -> None:
+    bends = [piece("spiral", 300.0, 0.0, 1.0 / 400.0, pose=(0.0, 5e3, 0.0))]
+    bends += [piece("line", 3700.0, pose=_end_of(bends[0]), s=300.0)]
+    lanes = section(lane(0), *(lane(number, WIDE) for number in (-1, -2, -3)))
+    plan = planned(tmp_path / "p", motorway(road(bends, lanes, id="2")), ["drawn:1+0", "drawn:2+0"])
+    together = run_cases(plan, plan.cases)
+    assert len({len(case.scenario.world.road.line) for case in plan.cases}) == 2
+    for run, case in enumerate(plan.cases):
+        assert run_cases(plan, [case]).digests()[0] == together.digests()[run]
+
+
+def _end_of(spiral: Geometry) -> tuple[float, float, float]:
+    laid = lanes_of.laid(road([spiral], section(lane(0), lane(-1, WIDE))))
+    end = lanes_of.along(laid, lanes_of.REFERENCE, np.array([spiral.length]))
+    return float(end.x[0]), float(end.y[0]), float(end.heading[0])
+
+
+def test_a_use_may_fix_the_place(tmp_path: Path) -> None:
+    project = Project(tmp_path / "p", odd_of(use("lead_braking")))
+    (tmp_path / "p/scenarios_db/motorway/drawn.xodr").write_bytes(write_opendrive(motorway()))
+    with project.edited("scenarios_db/motorway/lead_braking.yaml") as scenario:
+        query = {"anchor": "carriageway", "after": "2000 m", "lanes": 3}
+        scenario["world"] = {"map": {"file": "drawn.xodr"}, "place": query}
+    project.require("FSR-01")
+    with project.edited_odd() as odd:
+        odd["scenarios"][0]["parameters"] = {"place": "drawn:1+150"}
+    (case,) = project.plan().cases
+    assert case.scenario.world.road.place == "drawn:1+150"
+    for name in ("scenario.world.place.after", "scenario.world.road.lane_width"):
+        with project.edited_odd() as odd:
+            odd["scenarios"][0]["sweep"] = {"parameters": {name: ["1 km", "2 km"]}}
+        with pytest.raises(InputError, match="what the place of a map decides"):
+            project.plan()
 
 
 @pytest.mark.parametrize(

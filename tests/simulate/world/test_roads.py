@@ -179,6 +179,12 @@ def test_where_a_lane_ends_varies_from_run_to_run() -> None:
     assert [lanes_at(slabs, 200.0) for slabs in road.slabs] == [1, 2]
 
 
+def test_a_lane_does_not_end_behind_the_road() -> None:
+    drop = {"side": "left", "s": "480 m", "taper": "70 m"}
+    with pytest.raises(SpecError, match="ended at 550 m, but the road ends at 500 m"):
+        built(length="500 m", lanes=2, lane_ends={"drop": drop})
+
+
 def test_a_road_keeps_a_lane_and_its_bays() -> None:
     drop = {"side": "right", "s": "100 m", "taper": "70 m"}
     with pytest.raises(ValueError, match="none is left"):
