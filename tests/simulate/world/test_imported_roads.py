@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 
 from adeye.campaign.plan import CampaignPlan
 from adeye.errors import InputError
@@ -14,9 +15,10 @@ from adeye.maps.opendrive import Geometry, OpenDrive, RoadType
 from adeye.maps.opendrive_writer import write_opendrive
 from adeye.simulate.world.formulas import Formulas
 from adeye.simulate.world.roads import build_roads
+from adeye.spec.load import load_scenario
 from adeye.sweep.case import batches
 from tests.drawn_roads import lane, network, piece, road, section
-from tests.project import Project, odd_of, run_cases, use
+from tests.project import ROOT, Project, odd_of, run_cases, use
 
 WIDE = (0.0, 3.5, 0.0, 0.0, 0.0)
 HARD = (0.0, 3.0, 0.0, 0.0, 0.0)
@@ -135,3 +137,32 @@ def test_a_sample_of_places_is_drawn_by_its_seed(tmp_path: Path) -> None:
         for k, choice in enumerate(("sample 4 seed 1", "sample 4 seed 1", "sample 4 seed 2"))
     ]
     assert drawn[0] == drawn[1] != drawn[2]
+
+
+@pytest.mark.parametrize(
+    ("world", "told"),
+    [
+        (
+            {"map": {"file": ["drawn.xodr", "other/drawn.xodr"]}},
+            "place 'drawn:1\\+0' is there twice",
+        ),
+        ({"road": True}, "a road and a map are both given"),
+        ({"road": True, "map": None}, "no map is named"),
+    ],
+)
+def test_maps_and_roads_that_contradict_each_other_are_refused(
+    tmp_path: Path, world: dict[str, Any], told: str
+) -> None:
+    (tmp_path / "other").mkdir()
+    for folder in (tmp_path, tmp_path / "other"):
+        (folder / "drawn.xodr").write_bytes(write_opendrive(motorway()))
+    content = yaml.safe_load((ROOT / "scenarios_db/motorway/lead_braking.yaml").read_text("utf-8"))
+    query = {"anchor": "carriageway", "after": "2 km"}
+    asked = {"map": {"file": "drawn.xodr"}, "place": query, **world}
+    if "road" in asked:
+        asked["road"] = content["world"]["road"]
+    content["world"] = {name: item for name, item in asked.items() if item is not None}
+    path = tmp_path / "lead_braking.yaml"
+    path.write_text(yaml.safe_dump(content), "utf-8")
+    with pytest.raises(InputError, match=told):
+        load_scenario(path)
