@@ -553,7 +553,7 @@ class Recorder:
 
     def _draw_detections(self, scene: Scene, sensor: int, reading: Measurement) -> None:
         # The pose at the time of the sample is in the ring or in the columns already.
-        self._move()
+        self._move("ego")
         place_detections(
             scene.running,
             reading.mask,
@@ -623,11 +623,12 @@ class Recorder:
         for name in _SEEN:
             self._ring[name][scene.tick - self._first] = getattr(scene, name)
 
-    def _move(self) -> None:
+    def _move(self, *names: str) -> None:
+        """Bring what the ring has of columns, all unless named, into them."""
         runs, rows = len(self._length), len(self._time)
-        for name, ring in self._ring.items():
+        for name in names or self._ring:
             column = self._columns[name].reshape(runs, rows, -1)
-            move(ring.reshape(RING, runs, -1), self._first, self._length, column)
+            move(self._ring[name].reshape(RING, runs, -1), self._first, self._length, column)
 
 
 def trace_bytes(case: TestCase) -> int:
