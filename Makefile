@@ -8,6 +8,9 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.ok
 UV := $(shell command -v uv 2>/dev/null)
 
+# What one process has compiled or rewritten is for the others too.
+unexport PYTHONDONTWRITEBYTECODE
+
 DEMO_ODD := odd/motorway_chauffeur.yaml
 DEMO_REPORT := reports/motorway_chauffeur.html
 

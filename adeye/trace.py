@@ -192,8 +192,7 @@ class Trace:
         rows = self.length.astype(np.int64)
         ends = np.stack([rows, self.horizon_row, self.complete], axis=1).astype(np.int64)
         _absorb(TRACE_SCHEMA, ends, np.full(self.runs, ends.shape[1]), lanes)
-        clock = np.broadcast_to(self.time, (self.runs, len(self.time)))
-        _absorb("time", np.ascontiguousarray(clock), rows, lanes)
+        _absorb("time", np.tile(self.time, (self.runs, 1)), rows, lanes)
         for name in COLUMNS:
             if name not in {*DRAWN, PRESENCE}:
                 _absorb(name, self.columns[name], rows, lanes)

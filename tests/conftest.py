@@ -4,7 +4,7 @@ import gc
 import os
 import signal
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -39,15 +39,34 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     )
 
 
-@pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report(
+    collector: pytest.Collector,
+) -> Generator[None, pytest.CollectReport, pytest.CollectReport]:
+    """Begin at the other end in every second process: two meet in the middle.
+
+    Pytest takes half of the time of finding tests to rewrite their assertions. What one process has
+    rewritten the other one loads.
+    """
+    report = yield
+    worker = getattr(collector.config, "workerinput", {"workerid": "gw0"})["workerid"]
+    if isinstance(collector, pytest.Directory) and int(worker.removeprefix("gw")) % 2:
+        report.result.reverse()
+    return report
+
+
+@pytest.hookimpl(wrapper=True, tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> Generator[None, None, None]:
     """Mark what needs a PostgreSQL server, by its fixtures and parameters."""
+    # All processes know the tests by their numbers, at whichever end they began.
+    items.sort(key=lambda item: item.path)
     for item in items:
         callspec = getattr(item, "callspec", None)
         values = [] if callspec is None else list(callspec.params.values())
         on_server = any(isinstance(value, str) and value == "postgresql" for value in values)
         if on_server or "server" in getattr(item, "fixturenames", ()):
             item.add_marker("server")
+    yield
 
 
 def pytest_collection_finish(session: pytest.Session) -> None:

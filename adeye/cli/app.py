@@ -7,6 +7,7 @@ import os
 import sys
 import traceback
 from collections.abc import Sequence
+from functools import cache, partial
 from typing import Annotated, Final
 
 import typer
@@ -206,11 +207,14 @@ def _ended(arguments: Sequence[str] | None) -> int:
         return _report(error)
 
 
+# Who calls verbs in one process need not wait for all of their options to be read again.
+_command = cache(partial(typer.main.get_command, app))
+
+
 def _run(arguments: Sequence[str] | None) -> int:
-    command = typer.main.get_command(app)
     given = None if arguments is None else list(arguments)
     with told_to(_tell):
-        result = command.main(given, prog_name="adeye", standalone_mode=False)
+        result = _command().main(given, prog_name="adeye", standalone_mode=False)
     return result if isinstance(result, int) else 0
 
 

@@ -251,7 +251,8 @@ def on_road(road: RoadMap, places: Floats) -> Bools:
         road: Of B runs.
         places: (B, T, 6), see ``signals.PLACE_COLUMNS``; what is no number is not on the road.
     """
-    s, d = places[..., PLACE_S], places[..., PLACE_D]
+    # The same layout as where a start is placed: the kernel is compiled once.
+    s, d = (np.ascontiguousarray(places[..., axis]) for axis in (PLACE_S, PLACE_D))
     marks: Bools = mark_on_road(road.grounds(), 0.0, s, d)
     return np.asarray(marks & road.covers(s))
 

@@ -106,7 +106,7 @@ def best_rating(trace: Trace, run: int, row: int, rules: Floats) -> float:
         (s, d),
         paths,
         profiles,
-        trace["objects"][run, rows][:, meets],
+        np.ascontiguousarray(trace["objects"][run, rows][:, meets]),
         context.object_sizes[run, meets],
     )
 

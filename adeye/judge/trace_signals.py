@@ -381,7 +381,7 @@ def _reading(
     status: Bytes = np.zeros(values.shape, dtype=np.int8)
     for checked in (values, *inputs):
         if checked.dtype.kind == "f":
-            mark_errors(checked, status)
+            mark_errors(np.ascontiguousarray(checked), status)
     return values, status, actor
 
 

@@ -152,12 +152,21 @@ def _rises(point: Floats, height: float) -> bool:
 
 
 @compiled
-def clear(column: Any, length: Ints, rows: int) -> None:
-    """Zero the rows of a column (B, T, W) beyond the length of each run."""
+def cut(column: Any, length: Ints, kept: Any) -> None:
+    """Keep the first rows of a column, zero beyond the length of each run.
+
+    Args:
+        column: (B, T, W).
+        length: (B,).
+        kept: (B, R, W) out, with at most as many rows; it may begin where the column begins.
+    """
     for run in range(length.shape[0]):
-        for row in range(length[run], rows):
+        for row in range(min(length[run], kept.shape[1])):
             for place in range(column.shape[2]):
-                column[run, row, place] = 0
+                kept[run, row, place] = column[run, row, place]
+        for row in range(length[run], kept.shape[1]):
+            for place in range(column.shape[2]):
+                kept[run, row, place] = 0
 
 
 @compiled
@@ -544,7 +553,7 @@ class Recorder:
 
     def _draw_detections(self, scene: Scene, sensor: int, reading: Measurement) -> None:
         # The pose at the time of the sample is in the ring or in the columns already.
-        self._move()
+        self._move("ego")
         place_detections(
             scene.running,
             reading.mask,
@@ -587,15 +596,20 @@ class Recorder:
         for name in _COLLECTED:
             if name not in _SEEN:
                 self._columns[name][every, self._length - 1] = 0
-        for values in self._columns.values():
-            clear(values.reshape(len(self._length), len(self._time), -1), self._length, rows)
+        # Each is cut where it lies, so that kernels meet one layout however long runs are.
+        kept = {}
+        for name, values in self._columns.items():
+            shape = (len(every), rows, *values.shape[2:])
+            kept[name] = values.reshape(-1)[: math.prod(shape)].reshape(shape)
+            column, first = (part.reshape(*part.shape[:2], -1) for part in (values, kept[name]))
+            cut(column, self._length, first)
         return Trace(
             layout=self._layout,
             time=self._time[:rows],
             length=self._length,
             horizon_row=horizon_row.copy(),
             complete=complete.copy(),
-            columns={name: values[:, :rows] for name, values in self._columns.items()},
+            columns=kept,
             channel_events=tuple(events),
             case_digests=self._case_digests,
         )
@@ -609,11 +623,12 @@ class Recorder:
         for name in _SEEN:
             self._ring[name][scene.tick - self._first] = getattr(scene, name)
 
-    def _move(self) -> None:
+    def _move(self, *names: str) -> None:
+        """Bring what the ring has of columns, all unless named, into them."""
         runs, rows = len(self._length), len(self._time)
-        for name, ring in self._ring.items():
+        for name in names or self._ring:
             column = self._columns[name].reshape(runs, rows, -1)
-            move(ring.reshape(RING, runs, -1), self._first, self._length, column)
+            move(self._ring[name].reshape(RING, runs, -1), self._first, self._length, column)
 
 
 def trace_bytes(case: TestCase) -> int:

@@ -11,7 +11,7 @@ import numpy as np
 from adeye import signals as columns
 from adeye.ports import ChannelContext
 from adeye.signals import Floats, Measurement, RoadMap
-from adeye.simulate.traffic.stage import locate
+from adeye.simulate.traffic.stage import locate_all
 from adeye.spec.architecture import Vehicle
 
 
@@ -106,12 +106,11 @@ def ego_estimate(road: RoadMap, ego: Floats) -> Floats:
     Returns:
         (B, 13), see ``signals.ESTIMATE_COLUMNS``.
     """
-    estimate = np.zeros((ego.shape[0], len(columns.ESTIMATE_COLUMNS)))
-    estimate[:, : columns.ESTIMATE_PLACE] = ego
-    for run, row in enumerate(estimate):
-        x, y = row[columns.EGO_X], row[columns.EGO_Y]
-        locate(road.ground(run), x, y, row[columns.ESTIMATE_PLACE :])
-    return estimate
+    states = np.array(ego, dtype=np.float64, order="C")
+    runs, place = len(states), np.zeros((len(states), len(columns.PLACE_COLUMNS)))
+    nobody = np.zeros((runs, 0, len(columns.OBJECT_COLUMNS))), np.zeros((runs, 0, place.shape[1]))
+    locate_all(np.ones(runs, dtype=np.bool_), states, nobody[0], road.grounds(), place, nobody[1])
+    return np.concatenate([states, place], axis=1)
 
 
 def pose_measurement(road: RoadMap, ego: Floats, stamp: float) -> Measurement:

@@ -67,6 +67,12 @@ def test_every_verb_has_help_with_an_example(adeye: Any) -> None:
         assert f"adeye {' '.join(path)}" in ended.out.split("Examples:")[1]
 
 
+def test_verbs_are_put_together_once(adeye: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert adeye("--version").code == 0
+    monkeypatch.setattr("typer.main.get_group", None)
+    assert adeye("--version").code == 0
+
+
 def test_one_environment_variable_means_one_thing() -> None:
     meant: dict[str, set[object]] = {}
     for _, option in OPTIONS:

@@ -25,12 +25,13 @@ def driven(project: Project) -> dict[str, Trace]:
     return {case.fault_entry: run_cases(plan, [case]) for case in plan.cases}
 
 
-@pytest.fixture
-def traces(make_project: MakeProject) -> dict[str, Trace]:
+@pytest.fixture(scope="module")
+def traces(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Trace]:
     """One cut-in of the candidate without and with each fault, and with two at once."""
     single = ["none", "front_camera_out", "nominal_silent", "blind_when_near"]
     uses = use("cut_in", faults=[*single, ["front_camera_out", "blind_when_near"]])
-    return driven(make_project(odd_of(uses, faults=[*MINI["faults"], BY_CONDITION])))
+    odd = odd_of(uses, faults=[*MINI["faults"], BY_CONDITION])
+    return driven(Project(tmp_path_factory.mktemp("faults") / "project", odd))
 
 
 def rows_of_fault(trace: Trace, name: str) -> np.ndarray[Any, np.dtype[np.bool_]]:

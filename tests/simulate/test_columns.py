@@ -9,7 +9,7 @@ import pytest
 
 from adeye.delivery import no_measurement
 from adeye.signals import OK, SILENT, Authority, ControlCommand, Measurement, Scene
-from adeye.simulate.recorder import POINTS, TRACKS, Memory, Recorder, clear, mark_detected, move
+from adeye.simulate.recorder import POINTS, TRACKS, Memory, Recorder, cut, mark_detected, move
 from adeye.trace import COLUMNS, NO_TRACKS, ChannelEvent, Layout, Trace
 from tests.simulate.sensors.scenes import CAR, architecture, scene, scene_context
 
@@ -129,6 +129,8 @@ def test_last_row_has_a_scene_only_and_the_longest_run_ends_the_trace() -> None:
     trace = recorded(rows=100)
     assert trace.length.tolist() == [4, 4]
     assert trace.time.size == trace["ego"].shape[1] == 4
+    # Kernels are compiled for one layout.
+    assert all(values.flags.c_contiguous for values in trace.columns.values())
     assert trace["ego"][0, 3, 3] == 20.0
     decided = ("acceleration", "stamp", "command", "sensor_stamp", "fault_active", "tracks")
     for name in (*decided, "track_error", "false_tracks"):
@@ -348,12 +350,15 @@ def test_run_gets_its_rows_of_the_ring_as_far_as_it_has_come(kind: type[np.gener
     assert not column.any()
 
 
-def test_only_rows_beyond_the_end_of_a_run_are_cleared() -> None:
-    column = np.ones((BATCH, ROWS, 2))
-    clear(column, np.array([10, 4, 0]), 8)
-    assert column.sum(axis=(1, 2)).tolist() == [20.0, 2.0 * (4 + 2), 2.0 * 2]
-    assert column[1, :4].all()
-    assert not column[1, 4:8].any()
+def test_column_is_cut_in_its_place_and_zero_beyond_the_end_of_a_run() -> None:
+    column = np.arange(1.0, 1 + BATCH * ROWS * 2).reshape(BATCH, ROWS, 2)
+    expected = column[:, :8].copy()
+    ends = np.array([10, 4, 0])
+    for run, end in enumerate(ends):
+        expected[run, end:] = 0.0
+    kept = column.reshape(-1)[: expected.size].reshape(expected.shape)
+    cut(column, ends, kept)
+    assert np.array_equal(kept, expected)
 
 
 def test_reading_marks_the_objects_behind_its_detections() -> None:

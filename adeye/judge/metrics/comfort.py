@@ -172,5 +172,5 @@ def max_lane_offset(series: TraceSeries) -> MetricColumn:
 
 def _largest(series: TraceSeries, numbers: Floats, what: int) -> MetricColumn:
     """Reduce what is made of a number (B, T) of the ego to the largest of each run."""
-    row, value, codes = scans.worst_motion(series.trace.length, numbers, what)
+    row, value, codes = scans.worst_motion(series.trace.length, np.ascontiguousarray(numbers), what)
     return column_of(series, codes, row, value)

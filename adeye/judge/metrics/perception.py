@@ -10,7 +10,7 @@ it can stand (``kernel.encounter``), and half of its extent is to be seen from t
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -489,12 +489,10 @@ def missed_time(series: TraceSeries) -> MetricColumn:
     Of several objects the one that is missed longest counts; the time is that of the first miss.
     Not applicable without an object that matters or where the channel never shows its tracks.
     """
-    channel = default_channel(series.trace)
-    errors = series.column("track_error")[:, :, channel]
     missed, row, thing, codes = worst_missed(
-        series.scene, *series.nearest, _friction(series), errors
+        series.scene, *series.nearest, _friction(series), _shown(series, "track_error")
     )
-    _, _, shown = false_rows(series.trace.length, series.column("false_tracks")[:, :, channel])
+    _, _, shown = false_rows(series.trace.length, _shown(series, "false_tracks"))
     codes = np.where((codes == VALUE) & (shown != VALUE), NOT_APPLICABLE, codes)
     return column_of(series, codes, row, tick_times(missed, series.step), thing)
 
@@ -505,10 +503,7 @@ def false_track_time(series: TraceSeries) -> MetricColumn:
 
     Each row counts one step. Not applicable where the channel never shows its tracks.
     """
-    channel = default_channel(series.trace)
-    wrong, row, codes = false_rows(
-        series.trace.length, series.column("false_tracks")[:, :, channel]
-    )
+    wrong, row, codes = false_rows(series.trace.length, _shown(series, "false_tracks"))
     return column_of(series, codes, row, tick_times(wrong, series.step))
 
 
@@ -547,11 +542,15 @@ def rear_detection_margin(series: TraceSeries) -> MetricColumn:
 
 
 def _pooled(series: TraceSeries, what: int) -> MetricColumn:
-    errors = series.column("track_error")[:, :, default_channel(series.trace)]
     value, row, thing, codes = pooled_errors(
-        series.scene, *series.nearest, _friction(series), errors, what
+        series.scene, *series.nearest, _friction(series), _shown(series, "track_error"), what
     )
     return column_of(series, codes, row, value, thing)
+
+
+def _shown(series: TraceSeries, column: str) -> Any:
+    """Return a column of the default channel, one row behind the other as kernels are compiled."""
+    return np.ascontiguousarray(series.column(column)[:, :, default_channel(series.trace)])
 
 
 def _friction(series: TraceSeries) -> Floats:

@@ -139,23 +139,35 @@ def asks_nothing(formula: Formula, alone: Runs) -> bool:
 _ROUNDING: Final = Fraction(1, 10**12)
 """Numbers are no farther apart than units make them, that are by less than this part of what they
 are made of: of a conversion or operation it is 1e-16."""
-_EXACT: Final[Mapping[str, Callable[..., Fraction]]] = {
+_OPERATIONS: Final[Mapping[str, Callable[..., Any]]] = {
     "+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv,
     "min": min, "max": max, "abs": abs, "negate": operator.neg,
 }  # fmt: skip
 
 
-def _exactly(term: syntax.Term, at: Mapping[str, Fraction]) -> tuple[Fraction, Fraction]:
-    """Calculate a term without rounding, and the size of what it is made of."""
+def _calculated(term: syntax.Term, at: Mapping[str, float], number: Any) -> tuple[Any, Any]:
+    """Calculate a term in a kind of number, of which ``Fraction`` rounds nothing.
+
+    Returns:
+        It, and the size of what it is made of.
+    """
     if not isinstance(term, syntax.Arithmetic):
-        value = at[term.name] if isinstance(term, syntax.Signal) else Fraction(term.value)
+        value = number(at[term.name] if isinstance(term, syntax.Signal) else term.value)
         # What is dropped by min or max, being no conflict, rounds nothing.
-        return value, abs(value) if value < 1e300 else Fraction()
-    values, sizes = zip(*(_exactly(part, at) for part in term.operands), strict=True)
+        return value, abs(value) if value < 1e300 else number()
+    values, sizes = zip(*(_calculated(part, at, number) for part in term.operands), strict=True)
     size = math.prod(sizes) if term.operator in "*/" else max(sizes)
     if term.operator == "/":
         size /= values[1] ** 2
-    return _EXACT[term.operator](*values), size
+    return _OPERATIONS[term.operator](*values), size
+
+
+def _may_be_apart(gap: syntax.Term, at: Mapping[str, float]) -> bool:
+    """Tell whether it takes exact numbers, which are slow, to see a gap that is mere rounding."""
+    with suppress(ArithmeticError):
+        rounded, size = _calculated(gap, at, float)
+        return not abs(rounded) <= size * float(_ROUNDING) / 2.0
+    return True
 
 
 def _times(formula: Formula) -> Iterator[float]:
@@ -281,19 +293,24 @@ class _Search:
 
     def _fails(self, result: StlColumns) -> bool:
         """Tell whether a run that fails does so by its numbers, and not by how they are rounded."""
-        lengths, values = self._runs
-        for run in np.flatnonzero(result.verdict == VIOLATED):
-            node, row = result.program.conditions[result.node[run]], result.row[run]
+        failed = np.flatnonzero(result.verdict == VIOLATED)
+        rows, gaps = result.row[failed], dict[int, syntax.Arithmetic]()
+        for place in np.unique(result.node[failed]).tolist():
+            node = result.program.conditions[place]
             if not isinstance(node, syntax.Comparison):
                 return True
-            self._runs = lengths[[run]], values[:, [run]]
-            read = {name: self.series(name).values[0, row] for name in syntax.names_in(node)}
-            at = {name: Fraction(np.nan_to_num(value)) for name, value in read.items()}
-            with suppress(ZeroDivisionError):
-                gap, size = _exactly(syntax.Arithmetic(node.span, "-", (node.left, node.right)), at)
-                is_tie = gap == result.value[run] - result.threshold[run] == 0
-                if is_tie or abs(gap) > _ROUNDING * size:
-                    return True
+            gaps[place] = syntax.Arithmetic(node.span, "-", (node.left, node.right))
+        names = {name for gap in gaps.values() for name in syntax.names_in(gap)}
+        read = {name: np.nan_to_num(self.series(name).values[failed, rows]) for name in names}
+        for index, run in enumerate(failed):
+            gap = gaps[int(result.node[run])]
+            at = {name: float(values[index]) for name, values in read.items()}
+            is_tie = result.value[run] - result.threshold[run] == 0
+            if is_tie or _may_be_apart(gap, at):
+                with suppress(ZeroDivisionError):
+                    exact, size = _calculated(gap, at, Fraction)
+                    if (is_tie and exact == 0) or abs(exact) > _ROUNDING * size:
+                        return True
         return False
 
     def series(self, name: str) -> Series:

@@ -172,7 +172,7 @@ def _check_on_road(
         )
     if is_beside:
         return
-    at, beside = s[:, np.newaxis], d[:, np.newaxis]
+    at, beside = (np.ascontiguousarray(part)[:, np.newaxis] for part in (s, d))
     outside = ~mark_on_road(road.grounds(), ROAD_EDGE, at, beside)[:, 0]
     if outside.any():
         raise SpecError(

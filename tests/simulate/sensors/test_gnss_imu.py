@@ -46,7 +46,7 @@ def measured(
         # In an outage there are samples without a fix.
         assert found.values is not None
         assert found.alive.all()
-        assert found.stamp == pytest.approx(number * every * step)
+        assert np.allclose(found.stamp, number * every * step)
         rows.append(found.values.copy())
     return np.array(rows)
 
