@@ -14,12 +14,12 @@ import itertools
 import json
 import math
 from collections.abc import Hashable, Iterator, Sequence, Sized
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from adeye.judge.verdict import Outcome
-from adeye.report.model.part import Id, Label, Part, RunVerdict
+from adeye.report.model.part import Id, Label, Part, RunVerdict, agrees
 
 # --- What a report embeds of a run: the scene, the detections and the commands of every tick ------
 
@@ -37,12 +37,10 @@ class Line(Part):
     x_m: Floats
     y_m: Floats
 
-    @model_validator(mode="after")
-    def _is_a_line(self) -> Self:
+    @agrees
+    def _is_a_line(self) -> Iterator[str]:
         if len(self.x_m) != len(self.y_m) or len(self.x_m) < 2:
-            msg = f"a line needs as many x as y and at least 2, not {len(self.x_m)}/{len(self.y_m)}"
-            raise ValueError(msg)
-        return self
+            yield f"a line needs as many x as y and at least 2, not {len(self.x_m)}/{len(self.y_m)}"
 
 
 class RoadGeometry(Part):
@@ -258,27 +256,22 @@ class Replay(Part):
         """Number of ticks."""
         return len(self.ego.x_m)
 
-    @model_validator(mode="after")
-    def _rows_agree(self) -> Self:
+    @agrees
+    def _rows_agree(self) -> Iterator[str]:
         if self.rows == 0:
-            msg = f"run {self.run}: a replay has at least one tick"
-            raise ValueError(msg)
+            yield f"run {self.run}: a replay has at least one tick"
         for name, column in self._columns():
             if len(column) != self.rows:
-                msg = f"run {self.run}: {name} has {len(column)} rows, the ego has {self.rows}"
-                raise ValueError(msg)
+                yield f"run {self.run}: {name} has {len(column)} rows, the ego has {self.rows}"
         for view in self.channels:
             if view.fan is not None and len(view.fan.fans) != -(-self.rows // view.fan.every):
-                msg = f"run {self.run}: channels.{view.id} has {len(view.fan.fans)} fans"
-                raise ValueError(msg)
+                yield f"run {self.run}: channels.{view.id} has {len(view.fan.fans)} fans"
         for channel in self.authority:
             if not -1 <= channel < len(self.channels):
-                msg = f"run {self.run}: authority {channel} names none of the channels"
-                raise ValueError(msg)
-        return self
+                yield f"run {self.run}: authority {channel} names none of the channels"
 
-    @model_validator(mode="after")
-    def _grid_covers_the_run(self) -> Self:
+    @agrees
+    def _grid_covers_the_run(self) -> Iterator[str]:
         if self.grid is not None:
             grid = self.grid
             for name, texts, every in (
@@ -286,9 +279,7 @@ class Replay(Part):
                 ("occupied", grid.occupied, grid.occupied_every),
             ):
                 if len(texts) != -(-self.rows // every):
-                    msg = f"run {self.run}: grid.{name} has {len(texts)} maps"
-                    raise ValueError(msg)
-        return self
+                    yield f"run {self.run}: grid.{name} has {len(texts)} maps"
 
     def _columns(self) -> Iterator[tuple[str, Sized]]:
         yield "authority", self.authority
