@@ -17,6 +17,7 @@ import numpy as np
 
 from adeye import signals
 from adeye.delivery import no_measurement
+from adeye.fields import fields_of
 from adeye.kernel.boxes import wrap_to_pi
 from adeye.kernel.elementary import exp, sin_cos
 from adeye.kernel.jit import compiled, inlined
@@ -107,7 +108,10 @@ class _MotionSensor(Sampling):
         )
         self._draws = tuple(np.zeros(runs) for _ in range(6))
         self._bias: Floats = np.zeros((runs, biases))
-        self._empty = no_values(runs, len(context.scene.object_ids), len(columns))
+        # Before its first sample its values are NaN; it never detects an object.
+        objects = len(context.scene.object_ids)
+        self._empty = no_measurement(runs, objects, with_estimate=False)
+        self._empty.values = np.full((runs, len(columns)), np.nan)
         super().__init__(context, self._empty)
 
     def _sample(self, scene: Scene) -> Measurement:
@@ -151,28 +155,12 @@ class GnssSensor(_MotionSensor):
         )
 
 
-def no_values(runs: int, objects: int, columns: int) -> Measurement:
-    """Return what a sensor of the ego's motion delivers before its first sample: NaN.
-
-    Args:
-        runs: B.
-        objects: M; it never detects one.
-        columns: V, how many values a sample has.
-    """
-    first = no_measurement(runs, objects, with_estimate=False)
-    first.values = np.full((runs, columns), np.nan)
-    return first
-
-
 def _gnss_numbers(spec: Gnss, period: float) -> dict[str, float]:
     """List what the compiled step reads of a receiver."""
     kept = share_kept(period, spec.bias_time)
     return {
-        "x": spec.mount.x,
-        "y": spec.mount.y,
-        "position_noise": spec.position_noise,
-        "speed_noise": spec.speed_noise,
-        "bias": spec.bias,
+        **fields_of(spec.mount, "x", "y"),
+        **fields_of(spec, "position_noise", "speed_noise", "bias"),
         "kept": kept,
         "new": share_new(kept),
     }
@@ -287,12 +275,9 @@ def _imu_numbers(spec: Imu, period: float) -> dict[str, float]:
     """List what the compiled step reads of an inertial unit."""
     kept = share_kept(period, spec.bias_time)
     return {
-        "x": spec.mount.x,
-        "y": spec.mount.y,
-        "acceleration_noise": spec.acceleration_noise,
-        "acceleration_bias": spec.acceleration_bias,
-        "yaw_rate_noise": spec.yaw_rate_noise,
-        "yaw_rate_bias": spec.yaw_rate_bias,
+        **fields_of(spec.mount, "x", "y"),
+        **fields_of(spec, "acceleration_noise", "acceleration_bias"),
+        **fields_of(spec, "yaw_rate_noise", "yaw_rate_bias"),
         "kept": kept,
         "new": share_new(kept),
     }

@@ -8,6 +8,7 @@ import numpy as np
 
 from adeye import signals
 from adeye.delivery import insert, no_measurement, sample_at
+from adeye.fields import fields_of
 from adeye.kernel.boxes import wrap_to_pi
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled
@@ -61,7 +62,7 @@ class GroundTruthSensor(Sampling):
 
 def _noise(spec: Any) -> dict[str, float]:
     """List what the compiled step reads of a localisation."""
-    return {name: getattr(spec, name) for name in ("lateral_noise", "heading_noise", "speed_noise")}
+    return fields_of(spec, "lateral_noise", "heading_noise", "speed_noise")
 
 
 @compiled

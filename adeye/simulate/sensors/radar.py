@@ -9,6 +9,7 @@ import numpy as np
 
 from adeye import signals
 from adeye.delivery import insert, no_measurement, sample_at
+from adeye.fields import fields_of
 from adeye.kernel import sight
 from adeye.kernel.boxes import wrap_to_pi
 from adeye.kernel.elementary import atan2, exp, log, power, sin_cos
@@ -502,9 +503,7 @@ def _numbers(spec: PhysicalRadar) -> dict[str, float]:
     # Two Poisson distributed numbers add up to one, of which each event is of either kind.
     ghosts = spec.false_alarm_rate * spec.cells + spec.clutter
     return {
-        "x": spec.mount.x,
-        "y": spec.mount.y,
-        "yaw": spec.mount.yaw,
+        **fields_of(spec.mount, "x", "y", "yaw"),
         "half_view": half,
         "edge_sine": sine,
         "edge_cosine": cosine,
@@ -512,10 +511,8 @@ def _numbers(spec: PhysicalRadar) -> dict[str, float]:
         "strength": signal * square * square / spec.reference_cross_section,
         "threshold": detection_threshold(spec.false_alarm_rate),
         "beam": 2.0 * spec.edge_loss / NEPER / (half * half),
-        "range_resolution": spec.range_resolution,
-        "bearing_resolution": spec.bearing_resolution,
-        "range_rate_resolution": spec.range_rate_resolution,
-        "max_range_rate": spec.max_range_rate,
+        **fields_of(spec, "range_resolution", "bearing_resolution"),
+        **fields_of(spec, "range_rate_resolution", "max_range_rate"),
         "cell_volume": spec.range_resolution * spec.bearing_resolution * spec.elevation_beam,
         "ghosts": ghosts,
         "no_ghost": exp(-ghosts),

@@ -9,6 +9,7 @@ import numpy as np
 
 from adeye import signals
 from adeye.delivery import insert, no_measurement, sample_at
+from adeye.fields import fields_of
 from adeye.kernel import sight
 from adeye.kernel.elementary import sin_cos, sin_cos_of_any
 from adeye.kernel.jit import compiled, inlined
@@ -331,9 +332,7 @@ class RangingSensor(Sampling):
                 **spec_columns(specs, _numbers),
                 "rain": weather.rain,
                 "visibility": weather.fog_visibility,
-                "illuminance": weather.illuminance,
-                "sun_elevation": weather.sun_elevation,
-                "sun_azimuth": weather.sun_azimuth,
+                **fields_of(weather, "illuminance", "sun_elevation", "sun_azimuth"),
                 "rear": rear_axles(context),
             }
         )
@@ -370,9 +369,7 @@ def _numbers(spec: Camera | Radar | Lidar) -> dict[str, float]:
     angle = spec.field_of_view
     sine, cosine = sin_cos(0.5 * angle) if angle < math.pi else (0.0, 0.0)
     return {
-        "x": spec.mount.x,
-        "y": spec.mount.y,
-        "yaw": spec.mount.yaw,
+        **fields_of(spec.mount, "x", "y", "yaw"),
         "field_of_view": angle,
         "range": spec.range,
         "min_visible": spec.min_visible,
