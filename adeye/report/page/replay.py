@@ -18,6 +18,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
+from adeye.fields import fields_of
 from adeye.judge.verdict import Outcome
 from adeye.report.model.part import Id, Label, Part, RunVerdict, agrees
 
@@ -484,9 +485,7 @@ def _tracks(ticks: Sequence[Sequence[Track]]) -> Packed:
 
 def _signal(signal: SignalPlot) -> Packed:
     return {
-        "name": signal.name,
-        "unit": signal.unit,
-        "labels": signal.labels,
+        **fields_of(signal, "name", "unit", "labels"),
         "thresholds": [line.model_dump(mode="json") for line in signal.thresholds],
         "values": differences(signal.values, _scale(signal.values)),
     }
