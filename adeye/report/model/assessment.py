@@ -111,12 +111,17 @@ class BudgetTiming(Part):
     command: str = ""
 
 
-class FaultTiming(Part):
-    """FHTI beside FTTI of one fault entry in one scenario and architecture."""
+class _Entry(Part):
+    """One fault entry in one scenario and architecture."""
 
     scenario: Id
     fault_entry: Id
     architecture: Id
+
+
+class FaultTiming(_Entry):
+    """FHTI beside FTTI of one fault entry in one scenario and architecture."""
+
     runs: Count
     """Executed with this fault entry."""
     measured: Count
@@ -162,12 +167,9 @@ class StopPlace(Part):
     runs: Count
 
 
-class SafeStop(Part):
+class SafeStop(_Entry):
     """Safe stops of one architecture in one scenario with one fault entry."""
 
-    scenario: Id
-    fault_entry: Id
-    architecture: Id
     runs: Count
     asked: Count
     """Runs in which another channel than the default took over."""
@@ -290,12 +292,9 @@ class WorstInjection(Part):
     command: str
 
 
-class FaultGroup(Part):
+class FaultGroup(_Entry):
     """What became of one fault entry in one scenario and architecture."""
 
-    scenario: Id
-    fault_entry: Id
-    architecture: Id
     counts: dict[InjectionClass, Count]
     detected: Count
     activated: Count

@@ -53,25 +53,26 @@ class RoadGeometry(Part):
     """Outer edge of the shoulder and the bays beside the right edge."""
 
 
-class StaticBox(Part):
-    """An object that does not move."""
+class _Body(Part):
+    """An object on the ground."""
 
     id: Id
     kind: str
     length_m: Positive
     width_m: Positive
+
+
+class StaticBox(_Body):
+    """An object that does not move."""
+
     x_m: float
     y_m: float
     heading_rad: float
 
 
-class ActorMotion(Part):
+class ActorMotion(_Body):
     """An actor and where it was; the place is the centre of its body."""
 
-    id: Id
-    kind: str
-    length_m: Positive
-    width_m: Positive
     x_m: Floats
     y_m: Floats
     heading_rad: Floats
