@@ -21,10 +21,9 @@ from adeye.fields import fields_of
 from adeye.kernel.boxes import wrap_to_pi
 from adeye.kernel.elementary import exp, sin_cos
 from adeye.kernel.jit import compiled, inlined
-from adeye.kernel.motion import point_velocity
 from adeye.kernel.random import normal_pairs
 from adeye.signals import Bools, Floats, Measurement, Scene, parameter_record, spec_columns
-from adeye.simulate.sensors.sampling import Sampling, rear_axles, sample_like
+from adeye.simulate.sensors.sampling import Sampling, rear_axles, sample_like, velocity_at
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -216,9 +215,7 @@ def _sample_gnss(  # noqa: PLR0913, PLR0917 - a kernel
             continue
         s, c = sin_cos(state[signals.EGO_HEADING])
         x, y = record["x"], record["y"]
-        ahead, aside = point_velocity(
-            state[signals.EGO_SPEED], state[signals.EGO_YAW_RATE], x + record["rear"], y
-        )
+        ahead, aside = velocity_at(state, x + record["rear"], y)
         noise, speed_noise = record["position_noise"], record["speed_noise"]
         row[signals.GNSS_X] = (
             state[signals.EGO_X] + c * x - s * y + bias[run, 0] + noise * draws[0][run]

@@ -12,10 +12,16 @@ from adeye.fields import fields_of
 from adeye.kernel.boxes import wrap_to_pi
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled
-from adeye.kernel.motion import point_velocity
 from adeye.kernel.random import normal_pairs
 from adeye.signals import Floats, Ints, Measurement, Scene, parameter_record, spec_columns
-from adeye.simulate.sensors.sampling import Found, Sampling, Truth, rear_axles, sample_like
+from adeye.simulate.sensors.sampling import (
+    Found,
+    Sampling,
+    Truth,
+    rear_axles,
+    sample_like,
+    velocity_at,
+)
 
 if TYPE_CHECKING:
     from adeye.ports import SensorContext
@@ -125,9 +131,7 @@ def _list_objects(truth: Truth, rear: Floats, places: Floats, order: Ints, found
             continue
         ego = truth.ego[run]
         s, c = sin_cos(ego[signals.EGO_HEADING])
-        forward, aside = point_velocity(
-            ego[signals.EGO_SPEED], ego[signals.EGO_YAW_RATE], rear[run], 0.0
-        )
+        forward, aside = velocity_at(ego, rear[run], 0.0)
         for thing in range(truth.objects.shape[1]):
             state = truth.objects[run, thing]
             dx, dy = (

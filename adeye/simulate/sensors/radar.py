@@ -14,10 +14,9 @@ from adeye.kernel import sight
 from adeye.kernel.boxes import wrap_to_pi
 from adeye.kernel.elementary import atan2, exp, log, power, sin_cos
 from adeye.kernel.jit import compiled, inlined
-from adeye.kernel.motion import point_velocity
 from adeye.kernel.random import normal, normal_pair, uniform
 from adeye.signals import Floats, Ints, Measurement, Scene, parameter_record, spec_columns
-from adeye.simulate.sensors.sampling import Found, Sampling, Stream, Truth, rear_axles
+from adeye.simulate.sensors.sampling import Found, Sampling, Stream, Truth, rear_axles, velocity_at
 from adeye.simulate.world.objects import CROSS_SECTION
 from adeye.simulate.world.weather import MM_PER_HOUR, NEPER, radar_rain_extinction
 
@@ -559,12 +558,7 @@ def _sample_run(parameters: Any, truth: Truth, run: int, memory: Memory) -> int:
     s, c = sin_cos(ego[signals.EGO_HEADING])
     lever_x = c * parameters["x"] - s * parameters["y"]
     lever_y = s * parameters["x"] + c * parameters["y"]
-    forward, aside = point_velocity(
-        ego[signals.EGO_SPEED],
-        ego[signals.EGO_YAW_RATE],
-        parameters["x"] + parameters["rear"],
-        parameters["y"],
-    )
+    forward, aside = velocity_at(ego, parameters["x"] + parameters["rear"], parameters["y"])
     velocity_x, velocity_y = forward * c - aside * s, forward * s + aside * c
     ahead_y, ahead_x = sin_cos(ego[signals.EGO_HEADING] + parameters["yaw"])
     count = objects.shape[0]

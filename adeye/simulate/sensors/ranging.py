@@ -13,10 +13,9 @@ from adeye.fields import fields_of
 from adeye.kernel import sight
 from adeye.kernel.elementary import sin_cos, sin_cos_of_any
 from adeye.kernel.jit import compiled, inlined
-from adeye.kernel.motion import point_velocity
 from adeye.kernel.random import normal_pairs_of
 from adeye.signals import Floats, Ints, Measurement, Scene, parameter_record, spec_columns
-from adeye.simulate.sensors.sampling import Found, Sampling, Truth, rear_axles
+from adeye.simulate.sensors.sampling import Found, Sampling, Truth, rear_axles, velocity_at
 from adeye.simulate.world.weather import (
     camera_range,
     glare_contrast,
@@ -475,12 +474,7 @@ def _look(  # noqa: PLR0913, PLR0917 - a kernel
             rate = objects[thing, signals.OBJECT_SPEED] * (
                 look[sight.COSINE] * ux + look[sight.SINE] * uy
             )
-            forward, aside = point_velocity(
-                ego[signals.EGO_SPEED],
-                ego[signals.EGO_YAW_RATE],
-                parameters["x"] + parameters["rear"],
-                parameters["y"],
-            )
+            forward, aside = velocity_at(ego, parameters["x"] + parameters["rear"], parameters["y"])
             rate -= forward * (c * ux + s * uy)
             rate -= aside * (c * uy - s * ux)
         note(kind, parameters, seen, count, truth.seeds[run], thing, ux, uy, distance, rate)
