@@ -98,11 +98,9 @@ def impact_of(
     """
     gate, show = commands
     decides = deciding(result.changes)
-    return Impact(
-        baseline=result.baseline,
+    return Impact.of(
+        result,
         campaign=former,
-        exit_code=result.exit_code,
-        message=result.message,
         changes=tuple(
             Change.of(
                 item,

@@ -40,21 +40,6 @@ def test_plan_counts_without_running(mini: Executed) -> None:
     assert plan.expansion.count == len(mini.project.rows())
 
 
-@pytest.mark.slow
-def test_run_takes_a_plan_and_reuses_every_result(mini: Executed) -> None:
-    summary = adeye.run(mini.plan, db=mini.db)
-    assert summary.executed == 0
-    assert summary.exit_code is mini.summary.exit_code is ExitCode.OK
-
-
-@pytest.mark.slow
-def test_replay_is_identical(mini: Executed) -> None:
-    run = mini.project.rows()[0]["run"]
-    done = adeye.replay(run[:12], db=mini.db)
-    assert done.run == run
-    assert done.identical
-
-
 def test_results_are_a_typed_table(mini: Executed) -> None:
     frame = adeye.results(db=mini.db)
     assert len(frame) == mini.summary.planned

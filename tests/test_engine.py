@@ -52,7 +52,7 @@ def test_a_cases_rows_end_with_the_horizon_and_its_tail(
     assert trace.horizon_row.tolist() == [round(HORIZON / STEP)] * trace.runs
 
 
-def test_contact_ends_a_run_at_once(sixteen: tuple[list[TestCase], Trace]) -> None:
+def test_contact_ends_a_run_at_once_without_decision(sixteen: tuple[list[TestCase], Trace]) -> None:
     _, trace = sixteen
     for run in np.flatnonzero(~trace.complete):
         last = trace.length[run] - 1
@@ -60,10 +60,6 @@ def test_contact_ends_a_run_at_once(sixteen: tuple[list[TestCase], Trace]) -> No
         assert (trace["contact"][run, :last] == -1).all()
         assert trace["impact_speed"][run, last] > 0.0
         assert not trace["ego"][run, last + 1 :].any()
-
-
-def test_last_row_has_a_scene_and_no_decision(sixteen: tuple[list[TestCase], Trace]) -> None:
-    _, trace = sixteen
     for run in range(trace.runs):
         last = trace.length[run] - 1
         assert trace["ego"][run, last, EGO_X] > trace["ego"][run, 0, EGO_X]

@@ -64,11 +64,6 @@ def test_override_begins_exactly_at_its_tick() -> None:
     assert found[3:] == [(SAFETY, signals.REASON_OVERRIDE, -4.0, -0.4)] * 3
 
 
-def test_override_at_tick_0_is_that_channel_from_the_start() -> None:
-    switch = make(AuthorityOverride(0, "safety"))
-    assert {decide(switch, tick)[0] for tick in range(5)} == {SAFETY}
-
-
 def test_original_decision_keeps_its_reason_and_command() -> None:
     plain, same = make(None), make(AuthorityOverride(2, "safety"))
     for tick in range(5):

@@ -124,12 +124,6 @@ def test_unknown_campaign_and_missing_database_are_input_errors(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_campaign_is_found_by_its_beginning_or_as_the_newest(mini: Executed) -> None:
-    with Repository.open(mini.db, create=False) as repository:
-        assert repository.find_campaign().id == mini.summary.campaign
-        assert repository.find_campaign(mini.summary.campaign[:10]).id == mini.summary.campaign
-
-
 @pytest.mark.slow
 def test_exports_are_written_without_a_page(mini: Executed, tmp_path: Path) -> None:
     files = {"sarif": tmp_path / "v.sarif", "gsn": tmp_path / "a.svg", "reqif": tmp_path / "r.xml"}

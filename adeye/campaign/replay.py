@@ -19,6 +19,7 @@ from adeye.campaign.plan import folder_of_plugins, recreate
 from adeye.campaign.run import Progress
 from adeye.campaign.work import WorkContext, evaluate, grouped, signals_of
 from adeye.errors import InputError, UsageError, suggest
+from adeye.fields import fields_of
 from adeye.judge.requirements import requirement_digest
 from adeye.kernel.relation import tick_time
 from adeye.outputs import replacing
@@ -356,10 +357,6 @@ _OF_VERDICT: Final = (
 """The same of a verdict."""
 
 
-def _named(record: object, names: Sequence[str]) -> dict[str, Any]:
-    return {name: getattr(record, name) for name in names}
-
-
 def describe_run(db: str | Path | None, run: str) -> dict[str, Any]:
     """Say everything that the database holds about a run, JSON-compatible.
 
@@ -381,8 +378,8 @@ def describe_run(db: str | Path | None, run: str) -> dict[str, Any]:
         "run": ref.result_digest,
         "test_case": ref.test_case,
         "situation": case.situation,
-        **_named(ref, ("campaign", "ordinal", "scenario", "architecture")),
-        **_named(case, ("fault_entry", "replicate", "seed", "step_s")),
+        **fields_of(ref, "campaign", "ordinal", "scenario", "architecture"),
+        **fields_of(case, "fault_entry", "replicate", "seed", "step_s"),
         "parameters": {item.label: item.value for item in parameters},
         "swept_paths": {item.label: item.value for item in named_values(paths, odd, ref.scenario)},
         **_fork_fields(case),
@@ -405,7 +402,7 @@ def describe_run(db: str | Path | None, run: str) -> dict[str, Any]:
                 "fsr": item.fsr_id,
                 "verdict": item.verdict.value,
                 "exercised": item.is_exercised,
-                **_named(item, _OF_VERDICT),
+                **fields_of(item, *_OF_VERDICT),
             }
             for item in stored.verdicts
             if wanted.get(item.fsr_id) == item.fsr_digest

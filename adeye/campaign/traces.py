@@ -26,7 +26,8 @@ from adeye.judge.evaluate import FAIL, INCONCLUSIVE, Evaluation, JudgementColumn
 from adeye.judge.metrics import METRICS
 from adeye.judge.trace_signals import TraceSignals
 from adeye.outputs import BESIDE_DATABASE
-from adeye.simulate.engine import blank_layout
+from adeye.simulate.engine import layout_of
+from adeye.simulate.traffic import make_traffic
 from adeye.store.evidence import roots
 from adeye.store.evidence.roots import SUFFIX
 from adeye.store.location import Place, locate
@@ -233,15 +234,11 @@ def trace_of(kept: Kept, places: Ints, cases: Sequence[TestCase], plan: Campaign
     def of(name: str) -> Any:
         return kept.arrays[name] if is_whole else kept.arrays[name][places]
 
-    layout = blank_layout(
-        cases,
-        backend=plan.engine.backend,
-        variant=plan.work.variant,
-        monitors=tuple(kept.meta["monitors"]),
-        faults=tuple(kept.meta["faults"]),
-    )
+    # The axes that their trace had; nothing is executed.
+    context, _ = make_traffic(plan.engine.backend, plan.work.variant).reset(cases)
+    monitors, faults = (tuple(kept.meta[name]) for name in ("monitors", "faults"))
     return Trace(
-        layout=layout,
+        layout=layout_of(cases, context, monitors, faults),
         time=kept.arrays["time"],
         **{name: of(name) for name in _KEPT},
         columns={name: of(name) for name in COLUMNS},

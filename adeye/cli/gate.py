@@ -122,19 +122,14 @@ def _gate_document(result: GateResult) -> dict[str, object]:
 
     decides = deciding(result.findings)
     return {
-        "campaign": result.campaign,
-        "number": result.number,
+        **out.fields_of(result, "campaign", "number"),
         "odd": result.state.odd,
         "state": result.work,
-        "planned": result.state.planned,
-        "accounted": result.state.accounted,
-        "gate": result.state.gate,
+        **out.fields_of(result.state, "planned", "accounted", "gate"),
         "baseline": result.baseline or None,
         "is_written": result.is_written,
         "exit_code": int(result.exit_code),
-        "message": result.message,
-        "contacts": result.contacts,
-        "channel_failures": result.channel_failures,
+        **out.fields_of(result, "message", "contacts", "channel_failures"),
         "findings": [
             {
                 "kind": str(item.kind),

@@ -117,8 +117,8 @@ def guarding(verb: Callable[..., None], options: Mapping[str, Any]) -> Iterator[
     from adeye.outputs import reads
     from adeye.report.files import guarding as guarding_files
 
-    files = {_option(name): path for name, path in outputs.items()}
-    anew = next((_option(name) for name in outputs if callbacks[name] is named_anew), "")
+    files = {flag_of(name): path for name, path in outputs.items()}
+    anew = next((flag_of(name) for name in outputs if callbacks[name] is named_anew), "")
     with guarding_files(options.get("db"), files, renewed=anew):
         for name in options.keys() - outputs.keys() - {"db"}:
             value = options[name]
@@ -129,7 +129,8 @@ def guarding(verb: Callable[..., None], options: Mapping[str, Any]) -> Iterator[
         yield
 
 
-def _option(name: str) -> str:
+def flag_of(name: str) -> str:
+    """Write the flag of an option that is called like a parameter."""
     return f"--{name.replace('_', '-')}"
 
 
@@ -356,7 +357,7 @@ def _described(verb: Callable[..., None], texts: Mapping[str, str]) -> dict[str,
         info = copy(declared[0]) if declared else option()
         info.help = info.help or texts[name]
         if isinstance(info, OptionInfo):
-            info.param_decls = info.param_decls or (_option(name),)
+            info.param_decls = info.param_decls or (flag_of(name),)
             long = next((flag for flag in info.param_decls if flag[:2] == "--"), "")
             variable = (long or info.param_decls[0]).lstrip("-").replace("-", "_").upper()
             info.envvar = info.envvar or f"ADEYE_{variable}"

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, Final, TextIO, TypeVar
 
 from typer import Exit
 
+from adeye.fields import fields_of as fields_of
 from adeye.judge.verdict import ExitCode
 from adeye.outputs import laid
 from adeye.report.cells import clean as clean
@@ -320,11 +321,6 @@ def plain(value: Any) -> Any:
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     return value if value is None or isinstance(value, str | int | bool) else str(value)
-
-
-def fields_of(record: object, *names: str) -> dict[str, Any]:
-    """Return these fields of a record."""
-    return {name: getattr(record, name) for name in names}
 
 
 def emit_csv(headers: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:

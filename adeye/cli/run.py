@@ -9,6 +9,7 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from inspect import signature
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
@@ -107,10 +108,10 @@ _WAYS: Final = {
 """What told a verdict, in words, by the word of ``campaign.rejudge``."""
 
 
-def print_summary(summary: CampaignSummary) -> None:
-    """Print the verdicts, what was executed, and what the exit code means."""
+def print_summary(summary: CampaignSummary, done: str) -> None:
+    """Print the verdicts, what was done for them, and what the exit code means."""
     print_verdicts(summary)
-    out.emit(f"\n{executed_text(summary)}")
+    out.emit(f"\n{done}")
     out.emit(out.clean(summary.message, lines=True))
 
 
@@ -145,8 +146,7 @@ def document(summary: CampaignSummary) -> dict[str, object]:
         **({"twins": summary.twins} if summary.twins else {}),
         "selected": summary.planned if summary.selected is None else summary.selected,
         "remaining": summary.to_execute,
-        "replayed": summary.replayed,
-        "to_replay": summary.to_replay,
+        **out.fields_of(summary, "replayed", "to_replay"),
         "rejudged_from": dict(summary.ways),
         "exit_code": int(summary.exit_code),
         "message": summary.message,
@@ -233,29 +233,7 @@ def run(
     was_told = not quiet and not is_cache_warm()
     if was_told:
         out.talk("Compiling for this machine; only the first run does, it takes half a minute.")
-    hint = _resume_hint(
-        odd,
-        db,
-        {
-            "--backend": None if backend == "batch" else backend,
-            "--variant": variant,
-            "--threads": threads,
-            "--workers": workers,
-            "--executor": executor,
-            "--scheduler": scheduler,
-            "--report": report,
-            "--junit": junit,
-            "--report-json": report_json,
-            "--traces": None if traces == "none" else traces,
-            "--sarif": sarif,
-            "--shard": shard,
-            "-k": keyword,
-            "--last-failed": "" if last_failed else None,
-            "--maxfail": maxfail,
-            "--budget": budget,
-            "--deadline": deadline,
-        },
-    )
+    hint = _resume_hint(odd, db, locals())
     session = opt.make_session(
         shard=shard,
         keyword=keyword,
@@ -284,7 +262,7 @@ def run(
     if json:
         out.emit_json("run", document(summary))
     else:
-        print_summary(summary)
+        print_summary(summary, executed_text(summary))
     _tell_after(summary, wanted, quiet=quiet)
     code = int(summary.exit_code)
     if code in {130, 143}:
@@ -495,17 +473,26 @@ def _write(
     return report
 
 
+_GOES_ON: Final = (
+    *("backend", "variant", "threads", "workers", "executor", "scheduler", "report", "junit"),
+    *("report_json", "traces", "sarif", "shard", "keyword", "last_failed", "maxfail", "budget"),
+    "deadline",
+)
+"""Options that the command which goes on has as this one had them."""
+
+
 def _resume_hint(odd: Path, db: str | None, options: Mapping[str, object]) -> str:
     """Write the command that goes on: with another backend it would begin another campaign."""
     from adeye.store.location import option
 
-    given = [
-        word
-        for name, value in options.items()
-        if value is not None
-        # A switch has no value.
-        for word in (name, *([str(value)] if value != "" else []))
-    ]
+    usual = signature(run).parameters
+    given: list[str] = []
+    for name in _GOES_ON:
+        value = options[name]
+        if value != usual[name].default:
+            # A switch has no value.
+            given.append("-k" if name == "keyword" else opt.flag_of(name))
+            given += [] if value is True else [str(value)]
     command = f"adeye run {shlex.quote(str(odd))}{option(db)} {shlex.join(given)}".strip()
     return out.clean(f"Interrupted. Results so far are kept; go on with: {command}")
 
@@ -560,9 +547,7 @@ def judge(
     if json:
         out.emit_json("judge", {**document(summary), "to_execute": summary.to_execute})
     else:
-        print_verdicts(summary)
-        out.emit(f"\n{_text(summary, odd, db)}")
-        out.emit(out.clean(summary.message, lines=True))
+        print_summary(summary, _text(summary, odd, db))
     raise typer.Exit(int(summary.exit_code))
 
 

@@ -137,8 +137,7 @@ def _finding(error: InputError) -> dict[str, Any]:
     return {
         "where": error.where,
         "kind": type(error).__name__,
-        "message": error.message,
-        "remedy": error.remedy,
+        **out.fields_of(error, "message", "remedy"),
     }
 
 

@@ -281,18 +281,8 @@ def is_far_beside(  # noqa: PLR0913, PLR0917 - a kernel
 
 # --- Compiled: how near the ego is to others at every row of its runs, and who is the worst -------
 
-QUANTITIES: Final = (
-    "distance",
-    "gap",
-    "ttc",
-    "time_gap",
-    "time_headway",
-    "drac",
-    "required_deceleration",
-    "rss_margin",
-)
-"""Columns of the result; the decelerations are worse when larger, the others when smaller."""
 DISTANCE, GAP, TTC, TIME_GAP, TIME_HEADWAY, DRAC, REQUIRED, RSS_MARGIN = range(8)
+"""Columns of the result; the decelerations are worse when larger, the others when smaller."""
 
 LARGEST_DEMAND: Final = 100.0
 """Deceleration that a demand is limited to [m/s²], ten times what tyres can do: just before contact
@@ -314,7 +304,7 @@ def measure_runs(
         rss: (12,) parameters, in the order of ``series.RssParameters``.
         is_least_only: Whether of the distances only the least of a run is wanted: others may be
             +inf.
-        values: (8, B, T) out, see ``QUANTITIES``; +inf where there is no conflict, 0 for the
+        values: (8, B, T) out, see ``DISTANCE``; +inf where there is no conflict, 0 for the
             decelerations; all NaN at a row with an input that is not finite; 0 beyond the run.
         actors: (8, B, T) out: object of the worst case, -1 for none.
     """

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from adeye.errors import IntegrityError
+from adeye.fields import fields_of
 from adeye.judge import outcome
 from adeye.judge.extremes import Extremes, find_extremes, measure_of
 from adeye.judge.metrics import METRICS, MetricDefinition, compute_metrics
@@ -297,11 +298,7 @@ class Frame:
             fsr_digest=fsr_digest,
             runs=runs,
             verdict=verdict,
-            exercised=found.exercised,
-            numbers=found.numbers,
-            actor=found.actor,
-            binding=found.binding,
-            bindings=found.bindings,
+            **fields_of(found, "exercised", "numbers", "actor", "binding", "bindings"),
             detail=np.where(chosen >= 0, chosen, detail + len(own)),
             details=(*own, *details),
             objects=self.objects,

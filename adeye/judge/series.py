@@ -293,7 +293,7 @@ class TraceSeries:
 
     @cached_property
     def conflicts(self) -> tuple[Floats, Shorts]:
-        """Values and actors (8, B, T) of ``conflict.QUANTITIES``, 0 beyond the runs."""
+        """Values and actors (8, B, T) of ``conflict.DISTANCE`` and so on, 0 beyond the runs."""
         return self._measured(is_least_only=False)
 
     @cached_property

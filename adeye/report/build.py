@@ -304,7 +304,7 @@ class ReportBuilder:
                     )
                     rank = 0.0 if record.verdict is Verdict.FAIL else 1e6
                     # Between FSRs by robustness, which has no unit; of one FSR in its own order.
-                    badness = max(badness, rank + _badness(record.robustness_low))
+                    badness = max(badness, rank + (record.robustness_low or 0.0))
                     found.append((badness, case))
         found.sort(key=lambda pair: (pair[0], pair[1].fsr))
         return tuple(case for _, case in found[:MAX_WORST])
@@ -350,8 +350,3 @@ class ReportBuilder:
                 if ordinal not in failed:
                     return self.repository.find_run(str(ordinal), campaign=self.campaign.id)
         return None
-
-
-def _badness(robustness: float | None) -> float:
-    """Sort key: the smaller, the worse; without a number it is neither."""
-    return robustness if robustness is not None else 0.0

@@ -103,7 +103,7 @@ def run(  # noqa: PLR0913 - all but the cases has a default
     arbitration = SwitchContext([case.architecture.switch for case in cases], channels, first.step)
     switch = overriding(make_switch(arbitration), cases, arbitration)
     scenario = first.scenario
-    layout = _layout(cases, context, rack.monitor_ids, faults.ids)
+    layout = layout_of(cases, context, rack.monitor_ids, faults.ids)
     grip = context.surroundings.friction
     last = ticks(scenario.horizon, first.step, "horizon") + ticks(scenario.tail, first.step, "tail")
     recorder = Recorder(
@@ -138,33 +138,20 @@ def run(  # noqa: PLR0913 - all but the cases has a default
     )
 
 
-def blank_layout(
-    cases: Sequence[TestCase],
-    *,
-    backend: str,
-    variant: str | None,
-    monitors: tuple[str, ...],
-    faults: tuple[str, ...],
-) -> Layout:
-    """Name the axes that the trace of a batch would have; nothing is executed.
-
-    Args:
-        cases: Test cases of one structure.
-        backend: Traffic implementation.
-        variant: Its arithmetic.
-        monitors: Ids of the monitors of their channels.
-        faults: Ids of their faults.
-    """
-    context, _ = make_traffic(backend, variant).reset(cases)
-    return _layout(cases, context, monitors, faults)
-
-
-def _layout(
+def layout_of(
     cases: Sequence[TestCase],
     context: SceneContext,
     monitors: tuple[str, ...],
     faults: tuple[str, ...],
 ) -> Layout:
+    """Name the axes of the trace of a batch.
+
+    Args:
+        cases: Test cases of one structure.
+        context: Of their traffic.
+        monitors: Ids of the monitors of their channels.
+        faults: Ids of their faults.
+    """
     first = cases[0]
     return Layout(
         scenario=first.scenario_id,

@@ -12,6 +12,7 @@ runs side by side, and a few of them at a time are moved to the columns.
 from __future__ import annotations
 
 import math
+from dataclasses import fields
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -349,16 +350,7 @@ RING: Final = 16
 _COLLECTED: Final = tuple(name for name in COLUMNS if name not in DRAWN)
 """Columns that go through the ring."""
 
-_SEEN: Final = (
-    "ego",
-    "ego_place",
-    "objects",
-    "object_places",
-    "begun",
-    "contact",
-    "impact_speed",
-    "foreign_contact",
-)
+_SEEN: Final = tuple(field.name for field in fields(signals.Scene) if field.name in COLUMNS)
 """Columns of the scene, which the last row of a run has too; what was decided from it is zero."""
 
 _COARSE: Final = frozenset({"candidates", "candidate_costs", "points"})

@@ -32,6 +32,7 @@ from pydantic import (
 )
 
 from adeye.errors import UnitError, suggest
+from adeye.fields import fields_of
 from adeye.spec import quantity as q
 from adeye.spec.document import Loc, Problem, finds, misplaced, repeated
 from adeye.spec.plausible import FileRecord
@@ -196,9 +197,7 @@ class Element(q.GrownRecord):
         found = {
             "supplier": (self.supplier,) if self.supplier else (),
             "resource": self.resources,
-            "software": self.software,
-            "provides": self.provides,
-            "consumes": self.consumes,
+            **fields_of(self, "software", "provides", "consumes"),
         }
         return tuple(dict.fromkeys((kind, name) for kind in found for name in found[kind]))
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from adeye.fields import fields_of
 from adeye.kernel.relation import SLACK
 from adeye.sweep.axes import default_values, ends_of
 from adeye.units import UNITS, Dimension
@@ -170,9 +171,7 @@ def formulas(scenario: LogicalScenario) -> dict[str, Expression]:
     """Give the formula of each attribute that is a number in this scenario."""
     found = {
         "ego_speed": scenario.ego.speed,
-        "rain": scenario.environment.rain,
-        "fog_visibility": scenario.environment.fog_visibility,
-        "friction": scenario.environment.friction,
+        **fields_of(scenario.environment, "rain", "fog_visibility", "friction"),
         "radius": scenario.world.road.radius,
         "sun_elevation": scenario.environment.sun_elevation,
     }

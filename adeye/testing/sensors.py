@@ -237,19 +237,8 @@ def _one_context(context: SceneContext, run: int) -> SceneContext:
 
 def _one_scene(scene: Scene, run: int) -> Scene:
     part = slice(run, run + 1)
-    arrays = (
-        "ego",
-        "ego_place",
-        "objects",
-        "object_places",
-        "begun",
-        "ended",
-        "contact",
-        "impact_speed",
-        "foreign_contact",
-        "running",
-    )
-    return Scene(scene.tick, scene.time, **{name: getattr(scene, name)[part] for name in arrays})
+    arrays = {field.name: getattr(scene, field.name) for field in fields(Scene)[2:]}
+    return Scene(scene.tick, scene.time, **{name: array[part] for name, array in arrays.items()})
 
 
 def _one_measurement(item: Measurement, run: int) -> Measurement:

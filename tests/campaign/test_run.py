@@ -160,14 +160,6 @@ def test_changed_line_of_a_plugin_executes_its_runs_again(small: Project) -> Non
 
 
 @pytest.mark.slow
-def test_block_size_changes_no_result(small: Project, monkeypatch: pytest.MonkeyPatch) -> None:
-    small.run()
-    monkeypatch.setattr(runner, "block_size", lambda _: 1)
-    small.run(db="other.db", workers=2)
-    assert table_hash(small.db) == table_hash(small.folder / "other.db")
-
-
-@pytest.mark.slow
 def test_progress_rises_to_the_total(small: Project) -> None:
     seen: list[runner.Progress] = []
     adeye.run(small.odd, db=small.db, progress=seen.append)

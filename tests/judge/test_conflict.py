@@ -14,10 +14,13 @@ from adeye.judge.stl.series import SampleStatus
 from adeye.kernel.boxes import box_distance
 from adeye.kernel.criticality import rss_lateral_distance
 
+NAMES = ("distance", "gap", "ttc", "time_gap", "time_headway", "drac", "required_deceleration")
+COLUMNS = {name: column for column, name in enumerate((*NAMES, "rss_margin"))}
+
 
 def measured(made: Any, quantity: str, row: int = 0) -> Any:
     values, actors = TraceSeries(made.trace()).conflicts
-    column = conflict.QUANTITIES.index(quantity)
+    column = COLUMNS[quantity]
     return float(values[column, 0, row]), int(actors[column, 0, row])
 
 
@@ -117,8 +120,8 @@ def test_mirrored_road_gives_the_same(hand_made: Any) -> None:
 def test_ttc_grows_and_drac_falls_with_the_gap(hand_made: Any) -> None:
     made = hand_made().ego(s=0.0).object("lead", s=np.linspace(10.0, 90.0, 21), speed=10.0)
     values, _ = TraceSeries(made.trace()).conflicts
-    assert np.all(np.diff(values[0, :, conflict.QUANTITIES.index("ttc")]) > 0.0)
-    assert np.all(np.diff(values[0, :, conflict.QUANTITIES.index("drac")]) < 0.0)
+    assert np.all(np.diff(values[0, :, conflict.TTC]) > 0.0)
+    assert np.all(np.diff(values[0, :, conflict.DRAC]) < 0.0)
 
 
 @pytest.mark.parametrize(

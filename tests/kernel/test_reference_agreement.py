@@ -189,15 +189,6 @@ def compare_on_both_cores(scenes: Sequence[Scene], model: str, step: float) -> N
 
 @pytest.mark.slow
 @pytest.mark.parametrize("model", MODELS)
-def test_sample_of_cut_ins_agrees(model: str) -> None:
-    scenes = sample_of_cut_ins()
-    assert len(scenes) >= 4_000
-    scenes = scenes[::SPARSE]
-    compare(scenes, model, 0.1, second.outcomes((scenes, model, 0.1)))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("model", MODELS)
 def test_cut_ins_agree(model: str) -> None:
     scenes = many_cut_ins()
     assert len(scenes) >= 100_000

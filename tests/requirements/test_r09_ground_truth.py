@@ -35,15 +35,6 @@ def test_ground_truth_sensor_shows_what_other_sensors_cannot(
     assert not seen[:, 2:, names.index("front_camera")].all()
 
 
-def test_only_the_channel_that_is_allowed_the_truth_has_it(
-    cut_ins: tuple[list[TestCase], Trace],
-) -> None:
-    cases, _ = cut_ins
-    links = {name: item.links for name, item in cases[0].architecture.channels.items()}
-    assert "truth" in links["safety"]
-    assert "truth" not in links["nominal"]
-
-
 @pytest.mark.slow
 def test_truth_of_a_stored_run_can_be_had_again(mini: Executed) -> None:
     row = mini.project.rows()[0]

@@ -1,6 +1,5 @@
 """R14: every channel, built in or not, gives commands of one specification."""
 
-from pathlib import Path
 from string import Template
 from typing import Any
 
@@ -8,7 +7,7 @@ import pytest
 
 from adeye.cli.new import EXAMPLES
 from adeye.ports import ControlChannel
-from adeye.simulate.channels.factory import BUILT_IN, make_channel
+from adeye.simulate.channels.factory import BUILT_IN
 from adeye.spec import channels
 from adeye.testing import ScriptedChannel, check_channel
 
@@ -31,29 +30,6 @@ def test_built_in_channel_conforms(kind: str) -> None:
     parameters, links, sensors = KINDS[kind]
     check_channel(BUILT_IN[kind], parameters(), links=links, sensors=sensors)
     assert isinstance(BUILT_IN[kind](), ControlChannel)
-
-
-SILENT = {"kind": "channel_silent", "watches": ["other"]}
-STOPS = {
-    "planned": {"stop": "planned"},
-    "supervised": {"supervisor": {"monitors": {"silent": SILENT}}},
-    "supervised and planned": {
-        "stop": "planned",
-        "supervisor": {"monitors": {"silent": SILENT, "last": {"kind": "last_safe_stop"}}},
-    },
-}
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("stop", sorted(STOPS))
-def test_every_kind_of_safe_stop_conforms(stop: str) -> None:
-    model, links, sensors = KINDS["safety"]
-    parameters = model.model_validate(STOPS[stop])
-
-    def make() -> ControlChannel:
-        return make_channel("safety", Path(), parameters)
-
-    check_channel(make, parameters, links=links, sensors=sensors)
 
 
 def test_fake_of_the_package_conforms() -> None:

@@ -521,10 +521,6 @@ def test_text_is_no_number() -> None:
         refused(TypeError, evaluate, text, x=NAN)
 
 
-def test_columns_of_different_length_are_refused_of_columns() -> None:
-    refused(ValueError, evaluate, "a + b", a=np.zeros(2), b=np.zeros(3), says="broadcast")
-
-
 @pytest.mark.parametrize(("text", "expected"), TABLES["what may hold whatever the unknown is"])
 def test_what_may_hold_whatever_the_unknown_is(text: str, expected: list[bool]) -> None:
     held = may_hold(read_steps(text), {"time": np.array([0.0, 1.0, 2.0])})

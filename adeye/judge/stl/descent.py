@@ -12,7 +12,7 @@ import math
 from typing import TYPE_CHECKING, Final
 
 from adeye.judge.stl import program
-from adeye.judge.stl.measures import parted
+from adeye.judge.stl.measures import kind_and_parts, parted
 from adeye.kernel.jit import compiled
 
 if TYPE_CHECKING:
@@ -85,11 +85,7 @@ def _through_time(
     node: int, nodes: Ints, row: int, side: int, extent: Extent, state: State
 ) -> tuple[int, int]:
     """Go to the part and row that decide a temporal operator; row is -1 - row if there is none."""
-    kind, first, second = (
-        nodes[node, program.KIND],
-        nodes[node, program.FIRST_PART],
-        nodes[node, program.SECOND_PART],
-    )
+    kind, first, second = kind_and_parts(nodes[node])
     known = extent.known
     if kind < program.PREVIOUS:
         begin, end = _window(nodes[node], row, extent)
@@ -124,7 +120,7 @@ def _is_less(one: tuple[float, float], other: tuple[float, float]) -> bool:
 @compiled
 def _connective(node: Ints, row: int, side: int, known: int, state: State) -> tuple[bool, int]:
     """Tell whether the left part decides, and which of its bounds."""
-    kind, first, second = node[program.KIND], node[program.FIRST_PART], node[program.SECOND_PART]
+    kind, first, second = kind_and_parts(node)
     bounds, truth, start = state.bounds, state.truth, state.start
     near = 1 - side if kind == program.IMPLIES else side
     if node[program.IS_START]:

@@ -44,26 +44,6 @@ def unit_exponents(text: str) -> Exponents | None:
     return tuple(times * exponent for exponent in UNITS[power[1]].exponents)
 
 
-def check_condition(
-    root: syntax.Condition,
-    dictionary: Mapping[str, SignalEntry],
-    text: str,
-    where: SourceLocation | None = None,
-) -> None:
-    """Refuse names that do not exist and kinds, labels or dimensions that do not fit.
-
-    Args:
-        root: Abstract syntax of the formula.
-        dictionary: The signals that it may name.
-        text: Its text, for messages.
-        where: Place of the text in a file, for messages.
-
-    Raises:
-        ExpressionError: The first misfit, with a suggestion.
-    """
-    _Checker(dictionary, text, where).condition(root)
-
-
 class _Checker:
     def __init__(
         self, dictionary: Mapping[str, SignalEntry], text: str, where: SourceLocation | None
@@ -251,7 +231,7 @@ class Formula:
         Raises:
             ExpressionError: The first misfit, with a suggestion.
         """
-        check_condition(self.root, dictionary, self.text, self.where)
+        _Checker(dictionary, self.text, self.where).condition(self.root)
 
 
 def parse_formula(

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 from adeye.judge.stl import program
 from adeye.judge.stl.series import SampleStatus
-from adeye.kernel.jit import compiled
+from adeye.kernel.jit import compiled, inlined
 
 if TYPE_CHECKING:
     from adeye.judge.stl.program import State, Tables
@@ -33,6 +33,12 @@ NO_STATUS: Final = -1
 _NO_CONFLICT: Final = int(SampleStatus.NO_CONFLICT)
 _NOT_APPLICABLE: Final = int(SampleStatus.NOT_APPLICABLE)
 _VALUE: Final = int(SampleStatus.VALUE)
+
+
+@inlined
+def kind_and_parts(node: Ints) -> tuple[int, int, int]:
+    """Return the kind of a condition and the numbers of its parts."""
+    return node[program.KIND], node[program.FIRST_PART], node[program.SECOND_PART]
 
 
 @compiled
@@ -190,11 +196,7 @@ def _fill_words(node: int, tables: Tables, known: int, state: State) -> tuple[in
         Rows from the first on that are known, the last left out, and the flags of all rows.
     """
     what, code, flags = tables.nodes[node], tables.limits[node, program.CODE], state.flags
-    first, second, flag = (
-        what[program.FIRST_PART],
-        what[program.SECOND_PART],
-        what[program.FLAG] != 0,
-    )
+    (_, first, second), flag = kind_and_parts(what), what[program.FLAG] != 0
     left, right = state.values[first], state.values[second]
     bounds, truth = state.bounds[node], state.truth[node]
     marks = 0
@@ -223,14 +225,10 @@ def _fill_differences(node: int, tables: Tables, known: int, state: State) -> tu
         Rows from the first on that are known, the last left out, and the flags of all rows.
     """
     what, limits, flags = tables.nodes[node], tables.limits[node], state.flags
-    first, second, flag = (
-        what[program.FIRST_PART],
-        what[program.SECOND_PART],
-        what[program.FLAG] != 0,
-    )
+    (kind, first, second), flag = kind_and_parts(what), what[program.FLAG] != 0
     left, right = state.values[first], state.values[second]
     bounds, truth = state.bounds[node], state.truth[node]
-    is_comparison = what[program.KIND] == program.COMPARE
+    is_comparison = kind == program.COMPARE
     lowest, highest, scale = (
         limits[program.LOWER_CAP],
         limits[program.UPPER_CAP],

@@ -33,7 +33,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from adeye.judge.stl import program
-from adeye.judge.stl.measures import EXACT, OPEN, SIGN
+from adeye.judge.stl.measures import EXACT, OPEN, SIGN, kind_and_parts
 from adeye.kernel.jit import allocating, compiled
 
 if TYPE_CHECKING:
@@ -310,11 +310,7 @@ def fill_operator(  # noqa: C901, PLR0912 - one branch for each operator
     node: int, nodes: Ints, known: int, state: State
 ) -> None:
     """Combine the states of the parts of an operator at the known rows."""
-    kind, first, second = (
-        nodes[node, program.KIND],
-        nodes[node, program.FIRST_PART],
-        nodes[node, program.SECOND_PART],
-    )
+    kind, first, second = kind_and_parts(nodes[node])
     bounds, truth, exact = state.bounds, state.truth, state.exact
     exact[node] = min(exact[first], exact[second])
     out, sign = bounds[node], truth[node]
@@ -375,15 +371,12 @@ def _until(node: int, nodes: Ints, known: int, state: State) -> None:
 
     ``since`` is the same on the rows in reverse order; before row 0 there is nothing.
     """
-    what, first, second = (
-        nodes[node],
-        nodes[node, program.FIRST_PART],
-        nodes[node, program.SECOND_PART],
-    )
+    what = nodes[node]
+    kind, first, second = kind_and_parts(what)
     left, left_truth = state.bounds[first], state.truth[first]
     right, right_truth = state.bounds[second], state.truth[second]
     out, sign = state.bounds[node], state.truth[node]
-    is_past = what[program.KIND] == program.SINCE
+    is_past = kind == program.SINCE
     before, after, endless = state.scratch[0], state.scratch[1], state.scratch[2]
     for plane in range(4):
         half = plane % 2
@@ -414,11 +407,7 @@ def fill_start(node: int, nodes: Ints, extent: Extent, state: State) -> None:
     Operators without a window that no temporal operator encloses range over the rows 0 to ``last``
     and, if the trace was cut short, over unknown ones; everything else is that of row 0.
     """
-    kind, first, second = (
-        nodes[node, program.KIND],
-        nodes[node, program.FIRST_PART],
-        nodes[node, program.SECOND_PART],
-    )
+    kind, first, second = kind_and_parts(nodes[node])
     bounds, truth, start = state.bounds, state.truth, state.start
     out = start[node]
     if needs_rows(nodes[node]):
@@ -597,7 +586,7 @@ def _ask_over_time(  # noqa: C901, PLR0912 - one branch for each operator
     node: int, what: Ints, extent: Extent, truth: Bytes, scope: Bytes
 ) -> None:
     """Mark the rows that the parts of a temporal operator are asked for at."""
-    kind, first, second = what[program.KIND], what[program.FIRST_PART], what[program.SECOND_PART]
+    kind, first, second = kind_and_parts(what)
     known = extent.known
     done = 0
     for k in range(known):

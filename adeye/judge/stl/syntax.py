@@ -26,31 +26,35 @@ Span: TypeAlias = tuple[int, int]
 
 
 @dataclass(frozen=True, slots=True)
-class Constant:
+class _Node:
+    """Anything with a place in the text."""
+
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Constant(_Node):
     """A number in SI with its exponents of length, time and angle.
 
     Zero without a unit fits every dimension.
     """
 
-    span: Span
     value: float
     exponents: tuple[int, int, int]
     has_unit: bool
 
 
 @dataclass(frozen=True, slots=True)
-class Signal:
+class Signal(_Node):
     """The name of a signal, or of a label on the right of ``==``."""
 
-    span: Span
     name: str
 
 
 @dataclass(frozen=True, slots=True)
-class Arithmetic:
+class Arithmetic(_Node):
     """An operation on terms; ``negate`` and ``abs`` have one operand, the others two."""
 
-    span: Span
     operator: Literal["+", "-", "*", "/", "min", "max", "abs", "negate"]
     operands: tuple[Term, ...]
 
@@ -59,56 +63,50 @@ Term: TypeAlias = Constant | Signal | Arithmetic
 
 
 @dataclass(frozen=True, slots=True)
-class Comparison:
+class Comparison(_Node):
     """An order between two terms."""
 
-    span: Span
     operator: Literal["<", "<=", ">", ">="]
     left: Term
     right: Term
 
 
 @dataclass(frozen=True, slots=True)
-class Equality:
+class Equality(_Node):
     """Equality of a signal with a label, a truth value or another signal."""
 
-    span: Span
     left: Term
     right: Term
     is_negated: bool
 
 
 @dataclass(frozen=True, slots=True)
-class Assertion:
+class Assertion(_Node):
     """A boolean signal on its own."""
 
-    span: Span
     name: str
 
 
 @dataclass(frozen=True, slots=True)
-class Not:
+class Not(_Node):
     """Negation."""
 
-    span: Span
     operand: Condition
 
 
 @dataclass(frozen=True, slots=True)
-class Connective:
+class Connective(_Node):
     """``and``, ``or`` or ``implies`` between two conditions."""
 
-    span: Span
     operator: Literal["and", "or", "implies"]
     left: Condition
     right: Condition
 
 
 @dataclass(frozen=True, slots=True)
-class Edge:
+class Edge(_Node):
     """``rise``: true where the operand begins to hold; ``fall``: where it ceases to."""
 
-    span: Span
     operator: Literal["rise", "fall"]
     operand: Condition
 
@@ -122,48 +120,43 @@ class Window:
 
 
 @dataclass(frozen=True, slots=True)
-class Temporal:
+class Temporal(_Node):
     """``always`` or ``eventually`` over a window, or without one."""
 
-    span: Span
     operator: Literal["always", "eventually"]
     window: Window | None
     operand: Condition
 
 
 @dataclass(frozen=True, slots=True)
-class Until:
+class Until(_Node):
     """``left`` holds at every row before one, inside the window, at which ``right`` holds."""
 
-    span: Span
     window: Window | None
     left: Condition
     right: Condition
 
 
 @dataclass(frozen=True, slots=True)
-class Previous:
+class Previous(_Node):
     """The operand held one row before; false at the first row."""
 
-    span: Span
     operand: Condition
 
 
 @dataclass(frozen=True, slots=True)
-class Past:
+class Past(_Node):
     """``once`` or ``historically``: at some, or every, row of a window before; back to row 0."""
 
-    span: Span
     operator: Literal["once", "historically"]
     window: Window | None
     operand: Condition
 
 
 @dataclass(frozen=True, slots=True)
-class Since:
+class Since(_Node):
     """``right`` held at a row of the window before, and ``left`` at every row after that one."""
 
-    span: Span
     window: Window | None
     left: Condition
     right: Condition

@@ -645,10 +645,8 @@ PURSUIT_TIME: Final = 0.5 * HEADING_TIME
 MAX_STEERING_TANGENT: Final = math.sqrt(3.0)
 """At the wheels, either way: a third of pi."""
 
-MAX_APPROACH: Final = math.pi / 4.0
-"""Angle at which a lane is approached at most [rad]."""
-
 _MAX_APPROACH_SINE: Final = math.sqrt(0.5)
+"""Sine of the angle at which a lane is approached at most: a quarter of pi."""
 
 MAX_SLIP_SINE: Final = math.sqrt(3.0 / 7.0)
 """Sine of the slip angle at the largest steering angle: its tangent is half of the other one's."""

@@ -163,14 +163,12 @@ def infer(counts: Sequence[PointCounts], confidence: float) -> list[Inference | 
     tested = [item for item in counts if item.units > 0]
     adjusted = iter(statistics.holm([item.p for item in tested]))
     return [
-        Inference(
-            units=item.units,
+        Inference.of(
+            item,
             only_a_fails=item.only_a,
             only_b_fails=item.only_b,
-            undecided=item.undecided,
             difference=(item.only_b - item.only_a) / item.units,
             interval=item.range(confidence),
-            p=item.p,
             p_adjusted=next(adjusted),
         )
         if item.units > 0

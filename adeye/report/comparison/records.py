@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Annotated, Final, Literal, Self
+from typing import Annotated, Final, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from adeye.errors import UsageError, require_known, suggest
 from adeye.judge.verdict import Verdict
-from adeye.report.model.part import Count, Id, Part
+from adeye.report.model.part import Count, Id, Part, agrees
 
 # --- What a comparison of architectures says, as one typed record: tables, JSON and page show it --
 
@@ -97,16 +97,14 @@ class Difference(Part):
     inference: Inference | None = None
     margin: MarginDifference | None = None
 
-    @model_validator(mode="after")
-    def _adds_up(self) -> Self:
+    @agrees
+    def _adds_up(self) -> Iterator[str]:
         parts = (
             self.both_pass, self.only_a_fails, self.only_b_fails, self.both_fail, self.neutral,
             self.undecided,
         )  # fmt: skip
         if sum(parts) != self.pairs or sum(self.verdicts.values()) != self.pairs:
-            msg = f"{self.fsr}, {self.a} and {self.b}: {parts} are not {self.pairs} pairs"
-            raise ValueError(msg)
-        return self
+            yield f"{self.fsr}, {self.a} and {self.b}: {parts} are not {self.pairs} pairs"
 
     @property
     def is_different(self) -> bool:
@@ -283,24 +281,19 @@ class Comparison(Part):
     cheapest: tuple[str, ...]
     """The cheapest of those for which every mandatory FSR passes; several at one price."""
 
-    @model_validator(mode="after")
-    def _holds_together(self) -> Self:
+    @agrees
+    def _holds_together(self) -> Iterator[str]:
         known = {item.id for item in self.candidates}
         named = {name for item in self.pairs for name in (item.a, item.b)}
         if not named <= known or not set(self.cheapest) <= known:
-            msg = f"{sorted(named | set(self.cheapest))} are not all among {sorted(known)}"
-            raise ValueError(msg)
+            yield f"{sorted(named | set(self.cheapest))} are not all among {sorted(known)}"
         for item in self.candidates:
             if item.id in self.cheapest and item.unmet:
-                msg = f"{item.id} is named as meeting everything, and does not: {item.unmet}"
-                raise ValueError(msg)
+                yield f"{item.id} is named as meeting everything, and does not: {item.unmet}"
             if item.failing + item.undecided > item.cases or item.fault_free > item.cases:
-                msg = f"{item.id} has more failing, undecided or fault-free cases than {item.cases}"
-                raise ValueError(msg)
+                yield f"{item.id} has more failing, undecided or fault-free cases than {item.cases}"
             if item.is_on_front and item.dominated_by is not None:
-                msg = f"{item.id} is on the front and dominated by {item.dominated_by}"
-                raise ValueError(msg)
-        return self
+                yield f"{item.id} is on the front and dominated by {item.dominated_by}"
 
     @property
     def is_complete(self) -> bool:

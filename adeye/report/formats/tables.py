@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any, Final, Literal, Self, get_args
 
 from adeye.errors import InputError, UsageError
+from adeye.fields import fields_of
 from adeye.identity import file_digest
 from adeye.outputs import replacing, replacing_folder
 from adeye.report.cells import csv_cell
@@ -333,9 +334,7 @@ def _about(source: CampaignExport, *, with_provenance: bool) -> dict[str, Any]:
         "schema": SCHEMA,
         "tool": f"adeye {__version__}",
         "campaign": campaign.id,
-        "odd": campaign.odd,
-        "title": campaign.title,
-        "planned": campaign.planned,
+        **fields_of(campaign, "odd", "title", "planned"),
         "done": source.done,
     }
     if with_provenance:

@@ -12,15 +12,15 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any, Final, Literal, Self
+from typing import Annotated, Any, Final, Literal
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, ValidationError
 
 from adeye.errors import IntegrityError, SourceLocation, SpecError
 from adeye.identity import digest, unique_keys
 from adeye.judge.verdict import ExitCode, Verdict, exit_code
 from adeye.outputs import require_plain, write_atomically
-from adeye.report.model.part import Count, Id, Margin, Part
+from adeye.report.model.part import Count, Id, Margin, Part, agrees
 from adeye.spec.concept import RequirementAsil
 
 # --- What a gate found, and which of it decides the exit code -------------------------------------
@@ -185,20 +185,17 @@ class BaselineCases(Part):
     """Unit and signal of the margins of each FSR, where all test cases have the same."""
     rows: tuple[BaselineCase, ...]
 
-    @model_validator(mode="after")
-    def _are_complete(self) -> Self:
+    @agrees
+    def _are_complete(self) -> Iterator[str]:
         where = f"{self.architecture}, {self.scenario}"
         width = len(self.fsrs)
         for row in self.rows:
             parts = (row.verdicts, row.margins, row.robustness)
             if len(self.measures) != width or any(len(part) != width for part in parts):
-                msg = f"{where}: test case {row.key} does not have {width} FSRs"
-                raise ValueError(msg)
+                yield f"{where}: test case {row.key} does not have {width} FSRs"
         keys = [row.key for row in self.rows]
         if len(set(keys)) != len(keys):
-            msg = f"{where}: a test case is there twice"
-            raise ValueError(msg)
-        return self
+            yield f"{where}: a test case is there twice"
 
 
 class Baseline(Part):
@@ -232,18 +229,15 @@ class Baseline(Part):
     cases: tuple[BaselineCases, ...] | None
     """None for more test cases than are kept; then only the cells are compared."""
 
-    @model_validator(mode="after")
-    def _refers_to_itself(self) -> Self:
+    @agrees
+    def _refers_to_itself(self) -> Iterator[str]:
         for cell in self.cells:
             if cell.fsr not in self.fsrs or cell.architecture not in self.architectures:
-                msg = f"a cell is about {cell.fsr} for {cell.architecture}, which are not listed"
-                raise ValueError(msg)
+                yield f"a cell is about {cell.fsr} for {cell.architecture}, which are not listed"
         if self.cases is not None:
             kept = sum(len(part.rows) for part in self.cases)
             if kept != self.planned:
-                msg = f"{kept} of {self.planned} test cases are listed"
-                raise ValueError(msg)
-        return self
+                yield f"{kept} of {self.planned} test cases are listed"
 
 
 _UNWRITTEN: Final = ("channel_failures", "preventable_by", "uncertainty")

@@ -78,11 +78,9 @@ def take_down(
     status = repository.fsr_status(campaign.id)
     progress = repository.progress(campaign.id)
     made = campaign.provenance
-    return Baseline(
-        odd=campaign.odd,
+    return Baseline.of(
+        campaign,
         campaign=campaign.id,
-        odd_digest=campaign.odd_digest,
-        concept_digest=campaign.concept_digest,
         numerics=" ".join(
             str(made.get(name, "unknown")) for name in ("backend", "variant", "numerics_version")
         ),

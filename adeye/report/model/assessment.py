@@ -1,13 +1,11 @@
 """The records of a report about what reference drivers avoid, timing budgets and safe stops."""
 
-from typing import Self
-
-from pydantic import model_validator
+from collections.abc import Iterator
 
 from adeye.judge.preventability import CELLS, Cell, TakeoverClass, precision_of, recall_of
 from adeye.judge.timeline import InjectionClass
 from adeye.judge.verdict import Verdict
-from adeye.report.model.part import Command, Count, Id, Part
+from adeye.report.model.part import Command, Count, Id, Part, agrees
 
 # --- The records of a report about what reference drivers avoid, timing budgets and safe stops ----
 
@@ -60,19 +58,15 @@ class Preventability(Part):
     command: str
     """Evaluates the conflicts of the campaign."""
 
-    @model_validator(mode="after")
-    def _adds_up(self) -> Self:
+    @agrees
+    def _adds_up(self) -> Iterator[str]:
         only_model = sum(item.counts.get("only_model", 0) for item in self.tallies)
         if only_model != self.findings or len(self.listed) > self.findings:
-            msg = f"{only_model} runs are avoided by the model only, {self.findings} are findings"
-            raise ValueError(msg)
+            yield f"{only_model} runs are avoided by the model only, {self.findings} are findings"
         if bool(self.tallies) != bool(self.compared):
-            msg = f"{self.compared} runs are compared, in {len(self.tallies)} tallies"
-            raise ValueError(msg)
+            yield f"{self.compared} runs are compared, in {len(self.tallies)} tallies"
         if any(set(item.counts) != set(CELLS) for item in self.tallies):
-            msg = "a tally does not count every cell"
-            raise ValueError(msg)
-        return self
+            yield "a tally does not count every cell"
 
 
 class GoalTiming(Part):
@@ -117,12 +111,17 @@ class BudgetTiming(Part):
     command: str = ""
 
 
-class FaultTiming(Part):
-    """FHTI beside FTTI of one fault entry in one scenario and architecture."""
+class _Entry(Part):
+    """One fault entry in one scenario and architecture."""
 
     scenario: Id
     fault_entry: Id
     architecture: Id
+
+
+class FaultTiming(_Entry):
+    """FHTI beside FTTI of one fault entry in one scenario and architecture."""
+
     runs: Count
     """Executed with this fault entry."""
     measured: Count
@@ -141,12 +140,10 @@ class FaultTiming(Part):
     run: str | None = None
     command: str = ""
 
-    @model_validator(mode="after")
-    def _is_measured_where_it_passes(self) -> Self:
+    @agrees
+    def _is_measured_where_it_passes(self) -> Iterator[str]:
         if self.verdict is Verdict.PASS and not 0 < self.handled <= self.measured == self.runs:
-            msg = f"{self.fault_entry}: PASS, but {self.measured} of {self.runs} runs are measured"
-            raise ValueError(msg)
-        return self
+            yield f"{self.fault_entry}: PASS, but {self.measured} of {self.runs} runs are measured"
 
 
 class Timing(Part):
@@ -170,12 +167,9 @@ class StopPlace(Part):
     runs: Count
 
 
-class SafeStop(Part):
+class SafeStop(_Entry):
     """Safe stops of one architecture in one scenario with one fault entry."""
 
-    scenario: Id
-    fault_entry: Id
-    architecture: Id
     runs: Count
     asked: Count
     """Runs in which another channel than the default took over."""
@@ -199,15 +193,12 @@ class SafeStop(Part):
     run: str | None = None
     command: str = ""
 
-    @model_validator(mode="after")
-    def _adds_up(self) -> Self:
+    @agrees
+    def _adds_up(self) -> Iterator[str]:
         if self.reached + self.contact + self.moving != self.asked:
-            msg = f"{self.scenario}, {self.fault_entry}: {self.asked} safe stops do not add up"
-            raise ValueError(msg)
+            yield f"{self.scenario}, {self.fault_entry}: {self.asked} safe stops do not add up"
         if sum(place.runs for place in self.places) != self.reached + self.contact:
-            msg = f"{self.scenario}, {self.fault_entry}: not every stop has a place"
-            raise ValueError(msg)
-        return self
+            yield f"{self.scenario}, {self.fault_entry}: not every stop has a place"
 
     @property
     def verdict(self) -> Verdict:
@@ -228,13 +219,11 @@ class SafeStops(Part):
     rows: tuple[SafeStop, ...] = ()
     """Where a safe stop was asked for, or is not known to have been; the worst first."""
 
-    @model_validator(mode="after")
-    def _adds_up(self) -> Self:
+    @agrees
+    def _adds_up(self) -> Iterator[str]:
         told = (sum(r.asked for r in self.rows), sum(r.unknown for r in self.rows))
         if told != (self.asked, self.unknown):
-            msg = f"{self.asked} safe stops are asked, {self.unknown} unknown; the rows say {told}"
-            raise ValueError(msg)
-        return self
+            yield f"{self.asked} safe stops are asked, {self.unknown} unknown; the rows say {told}"
 
 
 class Assessment(Part):
@@ -303,12 +292,9 @@ class WorstInjection(Part):
     command: str
 
 
-class FaultGroup(Part):
+class FaultGroup(_Entry):
     """What became of one fault entry in one scenario and architecture."""
 
-    scenario: Id
-    fault_entry: Id
-    architecture: Id
     counts: dict[InjectionClass, Count]
     detected: Count
     activated: Count
@@ -319,13 +305,11 @@ class FaultGroup(Part):
     most_fhti_s: float | None = None
     worst: WorstInjection
 
-    @model_validator(mode="after")
-    def _adds_up(self) -> Self:
+    @agrees
+    def _adds_up(self) -> Iterator[str]:
         inactive = self.counts.get("not_activated", 0)
         if sum(self.counts.values()) - inactive != self.activated or self.detected > self.activated:
-            msg = f"{self.fault_entry}: {self.detected} of {self.activated} do not fit the classes"
-            raise ValueError(msg)
-        return self
+            yield f"{self.fault_entry}: {self.detected} of {self.activated} do not fit the classes"
 
 
 class TakeoverRun(Part):
@@ -399,15 +383,11 @@ class FaultEvidence(Part):
     calm: tuple[Calm, ...] = ()
     curves: tuple[TradeCurve, ...] = ()
 
-    @model_validator(mode="after")
-    def _is_measured(self) -> Self:
+    @agrees
+    def _is_measured(self) -> Iterator[str]:
         told = sum(sum(group.counts.values()) for group in self.groups)
         if told != self.measured or self.measured > self.with_fault:
-            msg = (
-                f"{told} of {self.with_fault} runs with a fault are told, {self.measured} measured"
-            )
-            raise ValueError(msg)
+            count = self.with_fault
+            yield f"{told} of {count} runs with a fault are told, {self.measured} measured"
         if (self.takeovers.runs if self.takeovers else 0) != self.forked:
-            msg = f"{self.forked} runs are forked, and the classes count others"
-            raise ValueError(msg)
-        return self
+            yield f"{self.forked} runs are forked, and the classes count others"

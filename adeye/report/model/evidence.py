@@ -1,12 +1,11 @@
 """The records of how far evidence reaches: what it covers of the ODD, what its step is worth."""
 
-from typing import Literal, Self
-
-from pydantic import model_validator
+from collections.abc import Iterator
+from typing import Literal
 
 from adeye.judge.verdict import ExitCode
 from adeye.report.gate.baseline import Kind
-from adeye.report.model.part import Count, Id, Part
+from adeye.report.model.part import Count, Id, Part, agrees
 
 # --- The records of how far evidence reaches: what it covers of the ODD, what its step is worth ---
 
@@ -77,19 +76,16 @@ class OddCoverage(Part):
     """Why nothing was counted; empty where it was."""
     command: str
 
-    @model_validator(mode="after")
-    def _adds_up(self) -> Self:
+    @agrees
+    def _adds_up(self) -> Iterator[str]:
         if self.refusal:
-            return self
+            return
         parts = self.counted + self.without_result + self.not_judged + self.outside_odd
         if parts != self.planned:
-            msg = f"coverage: {self.planned} test cases, but {parts} are told of"
-            raise ValueError(msg)
+            yield f"coverage: {self.planned} test cases, but {parts} are told of"
         missing = self.feasible_pairs - self.covered_pairs
         if not len(self.uncovered_pairs) <= missing <= self.pairs:
-            msg = f"coverage: {len(self.uncovered_pairs)} uncovered pairs are listed of {missing}"
-            raise ValueError(msg)
-        return self
+            yield f"coverage: {len(self.uncovered_pairs)} uncovered pairs are listed of {missing}"
 
     @property
     def missing_pairs(self) -> int:
@@ -179,13 +175,11 @@ class StaleFiles(Part):
     to_replay: Count
     to_execute: Count
 
-    @model_validator(mode="after")
-    def _adds_up(self) -> Self:
+    @agrees
+    def _adds_up(self) -> Iterator[str]:
         stale = sum(item.evidence for item in self.causes)
         if self.counts + stale != self.evidence:
-            msg = f"{self.counts} of {self.evidence} count, and {stale} are stale"
-            raise ValueError(msg)
-        return self
+            yield f"{self.counts} of {self.evidence} count, and {stale} are stale"
 
 
 class Impact(Part):
@@ -205,12 +199,10 @@ class Impact(Part):
     """Why nothing is said of stale evidence; empty if it is."""
     command: str
 
-    @model_validator(mode="after")
-    def _says_what_it_can(self) -> Self:
+    @agrees
+    def _says_what_it_can(self) -> Iterator[str]:
         if (self.stale is None) != bool(self.not_asked):
-            msg = "either stale evidence is told, or why it is not"
-            raise ValueError(msg)
-        return self
+            yield "either stale evidence is told, or why it is not"
 
     @property
     def deciding(self) -> int:

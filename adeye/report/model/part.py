@@ -1,8 +1,10 @@
 """The small records that summaries and replays are both made of."""
 
+from collections.abc import Callable, Iterable
+from functools import wraps
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from adeye.judge.verdict import Verdict
 
@@ -31,6 +33,22 @@ class Part(BaseModel):
         """
         asked = [name for name in cls.model_fields if name not in others]
         return cls(**{name: getattr(source, name) for name in asked}, **others)
+
+
+def agrees(check: Callable[[Any], Iterable[str]]) -> Any:
+    """Make the validator of a record from a method that tells where it contradicts itself.
+
+    Args:
+        check: Gives the message of each contradiction; the first one is the error.
+    """
+
+    @wraps(check)
+    def validated(record: Any) -> Any:
+        for contradiction in check(record):
+            raise ValueError(contradiction)
+        return record
+
+    return model_validator(mode="after")(validated)
 
 
 class Label(Part):

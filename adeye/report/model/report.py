@@ -4,12 +4,12 @@ The record refuses to contradict itself: a green exit code beside a requirement 
 a PASS over a failed run, a number that belongs to nothing.
 """
 
-from collections.abc import Hashable, Iterable
+from collections.abc import Hashable, Iterable, Iterator
 from functools import cached_property
 from itertools import chain
-from typing import Annotated, Self
+from typing import Annotated
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from adeye.analysis.dependence import Dependencies
 from adeye.analysis.suite.records import Suite
@@ -20,7 +20,7 @@ from adeye.report.credibility import SelfTestResult
 from adeye.report.model import concept as safety
 from adeye.report.model.assessment import Assessment, FaultEvidence
 from adeye.report.model.evidence import Impact, OddCoverage, StepUncertainty
-from adeye.report.model.part import Binding, Command, Count, Id, Label, Margin, Part, Place
+from adeye.report.model.part import Binding, Command, Count, Id, Label, Margin, Part, Place, agrees
 from adeye.report.page.replay import Replay
 from adeye.spec.concept import RequirementAsil
 from adeye.store.read.totals import ChannelFailure
@@ -121,19 +121,15 @@ class Cell(Part):
         """Of how many runs, or of how many that are needed, it was exercised."""
         return exercised_of(self.verdict, self.exercised, self.runs, self.min_exercised)
 
-    @model_validator(mode="after")
-    def _adds_up(self) -> Self:
+    @agrees
+    def _adds_up(self) -> Iterator[str]:
         where = f"{self.fsr}, {self.architecture}, {self.scenario or 'all scenarios'}"
         if sum(self.counts.values()) != self.runs or self.exercised > self.runs:
-            msg = f"{where}: {self.runs} runs, but counts {self.counts}, {self.exercised} exercised"
-            raise ValueError(msg)
+            yield f"{where}: {self.runs} runs, but counts {self.counts}, {self.exercised} exercised"
         if self.verdict is not Verdict.FAIL and self.counts.get(Verdict.FAIL, 0) > 0:
-            msg = f"{where}: {self.verdict} over a failed run"
-            raise ValueError(msg)
+            yield f"{where}: {self.verdict} over a failed run"
         if self.verdict is Verdict.PASS and self.counts.get(Verdict.PASS, 0) == 0:
-            msg = f"{where}: PASS without a run that passed"
-            raise ValueError(msg)
-        return self
+            yield f"{where}: PASS without a run that passed"
 
 
 class WorstCase(Part):
@@ -274,8 +270,8 @@ class Report(Part):
     replays: tuple[Replay, ...] = ()
     """The most important first; a page that grows too large leaves out the last."""
 
-    @model_validator(mode="after")
-    def _refers_to_what_it_has(self) -> Self:
+    @agrees
+    def _refers_to_what_it_has(self) -> Iterator[str]:
         fsrs = _unique("fsrs", (fsr.id for fsr in self.fsrs))
         architectures = _unique("architectures", (item.id for item in self.architectures))
         scenarios = _unique("scenarios", (item.id for item in self.scenarios))
@@ -283,7 +279,7 @@ class Report(Part):
         suites = _unique("suites", (suite.architecture for suite in self.suites))
         _unique("replays", (replay.run for replay in self.replays))
         failing = [item.architecture for item in self.channel_failures]
-        _known("an architecture", [*suites, *failing, *self.contacts], architectures)
+        yield from _known("an architecture", [*suites, *failing, *self.contacts], architectures)
         claims = () if self.confidence is None else self.confidence.claims
         lines = () if self.step_uncertainty is None else self.step_uncertainty.lines
         parts = (self.cells, self.worst_cases, self.dead_axes, self.metrics, self.replays)
@@ -294,25 +290,20 @@ class Report(Part):
         ):
             # Whatever is about all scenarios names none.
             named = (getattr(item, field, None) for item in chain(*parts, claims, lines))
-            _known(what, filter(None, named), known)
-        return self
+            yield from _known(what, filter(None, named), known)
 
-    @model_validator(mode="after")
-    def _is_green_only_if_all_is(self) -> Self:
+    @agrees
+    def _is_green_only_if_all_is(self) -> Iterator[str]:
         if self.exit_code is not ExitCode.OK:
-            return self
+            return
         if not 0 < self.planned == self.accounted:
-            msg = f"exit code 0, but {self.accounted} of {self.planned} test cases accounted for"
-            raise ValueError(msg)
+            yield f"exit code 0, but {self.accounted} of {self.planned} test cases accounted for"
         gate = {item.id: self.verdict_of(item.id) for item in self.architectures if item.is_gate}
         refused = [str(item) for item in self.channel_failures if item.refused]
         if refused:
-            msg = f"exit code 0, but {'; '.join(refused)}"
-            raise ValueError(msg)
+            yield f"exit code 0, but {'; '.join(refused)}"
         if not gate or any(verdict is not Verdict.PASS for verdict in gate.values()):
-            msg = f"exit code 0, but the gate is {gate}"
-            raise ValueError(msg)
-        return self
+            yield f"exit code 0, but the gate is {gate}"
 
     def cell(self, fsr: str, architecture: str, scenario: str | None = None) -> Cell | None:
         """Find one cell; None if nothing was recorded there."""
@@ -357,8 +348,7 @@ def _unique(what: str, keys: Iterable[Hashable]) -> set[Hashable]:
     return seen
 
 
-def _known(what: str, keys: Iterable[Hashable], known: set[Hashable]) -> None:
+def _known(what: str, keys: Iterable[Hashable], known: set[Hashable]) -> Iterator[str]:
     for key in keys:
         if key not in known:
-            msg = f"{key!r} is not {what} of the report"
-            raise ValueError(msg)
+            yield f"{key!r} is not {what} of the report"

@@ -545,7 +545,8 @@ def plots_of(
         if record.signal is not None and record.threshold is not None:
             line = _line(item, record)
             if line is not None:
-                lines.setdefault(_plotted(item, record.signal), []).append(line)
+                plotted = item.bound and _series_of(item.bound.metric)
+                lines.setdefault(plotted or record.signal, []).append(line)
     chosen = list(names)[:MAX_PLOTS]
     return tuple(_plot(signals.series(name), name, signals, run, lines) for name in chosen)
 
@@ -578,12 +579,6 @@ def _series_of(metric: str) -> str | None:
         "lane_offset": "ego.lane_offset",
     }
     return known.get(stem)
-
-
-def _plotted(item: Requirement, signal: str) -> str:
-    if item.bound is not None:
-        return _series_of(item.bound.metric) or signal
-    return signal
 
 
 def _line(item: Requirement, record: VerdictRecord) -> drawn.ThresholdLine | None:

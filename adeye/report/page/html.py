@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from adeye.analysis.dependence import WORDS
 from adeye.analysis.suite.records import Suite
+from adeye.fields import fields_of
 from adeye.judge.verdict import Verdict
 from adeye.outputs import write_atomically
 from adeye.report.comparison.records import Comparison
@@ -145,20 +146,14 @@ def filters() -> dict[str, Any]:
         "badge": badge,
         "binding": words.binding_sentence,
         "margin": words.margin_text,
-        "counted": words.counted,
         "axis_end": axis_end,
         "refusals_of": refusals_of,
         "worst_first": worst_first,
-        "number": words.number,
-        "quantity": words.quantity,
         "unit": words.unit_text,
         "degrees": math.degrees,
         "matching": matching,
-        "forward_text": words.forward_text,
-        "left_speed": words.left_speed,
-        "metres": words.metres,
-        "percent": words.percent,
-        "speed_text": words.speed_text,
+        **fields_of(words, "counted", "number", "quantity", "metres", "percent"),
+        **fields_of(words, "forward_text", "left_speed", "speed_text"),
     }
 
 

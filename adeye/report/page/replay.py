@@ -14,12 +14,13 @@ import itertools
 import json
 import math
 from collections.abc import Hashable, Iterator, Sequence, Sized
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
+from adeye.fields import fields_of
 from adeye.judge.verdict import Outcome
-from adeye.report.model.part import Id, Label, Part, RunVerdict
+from adeye.report.model.part import Id, Label, Part, RunVerdict, agrees
 
 # --- What a report embeds of a run: the scene, the detections and the commands of every tick ------
 
@@ -37,12 +38,10 @@ class Line(Part):
     x_m: Floats
     y_m: Floats
 
-    @model_validator(mode="after")
-    def _is_a_line(self) -> Self:
+    @agrees
+    def _is_a_line(self) -> Iterator[str]:
         if len(self.x_m) != len(self.y_m) or len(self.x_m) < 2:
-            msg = f"a line needs as many x as y and at least 2, not {len(self.x_m)}/{len(self.y_m)}"
-            raise ValueError(msg)
-        return self
+            yield f"a line needs as many x as y and at least 2, not {len(self.x_m)}/{len(self.y_m)}"
 
 
 class RoadGeometry(Part):
@@ -54,25 +53,26 @@ class RoadGeometry(Part):
     """Outer edge of the shoulder and the bays beside the right edge."""
 
 
-class StaticBox(Part):
-    """An object that does not move."""
+class _Body(Part):
+    """An object on the ground."""
 
     id: Id
     kind: str
     length_m: Positive
     width_m: Positive
+
+
+class StaticBox(_Body):
+    """An object that does not move."""
+
     x_m: float
     y_m: float
     heading_rad: float
 
 
-class ActorMotion(Part):
+class ActorMotion(_Body):
     """An actor and where it was; the place is the centre of its body."""
 
-    id: Id
-    kind: str
-    length_m: Positive
-    width_m: Positive
     x_m: Floats
     y_m: Floats
     heading_rad: Floats
@@ -258,27 +258,22 @@ class Replay(Part):
         """Number of ticks."""
         return len(self.ego.x_m)
 
-    @model_validator(mode="after")
-    def _rows_agree(self) -> Self:
+    @agrees
+    def _rows_agree(self) -> Iterator[str]:
         if self.rows == 0:
-            msg = f"run {self.run}: a replay has at least one tick"
-            raise ValueError(msg)
+            yield f"run {self.run}: a replay has at least one tick"
         for name, column in self._columns():
             if len(column) != self.rows:
-                msg = f"run {self.run}: {name} has {len(column)} rows, the ego has {self.rows}"
-                raise ValueError(msg)
+                yield f"run {self.run}: {name} has {len(column)} rows, the ego has {self.rows}"
         for view in self.channels:
             if view.fan is not None and len(view.fan.fans) != -(-self.rows // view.fan.every):
-                msg = f"run {self.run}: channels.{view.id} has {len(view.fan.fans)} fans"
-                raise ValueError(msg)
+                yield f"run {self.run}: channels.{view.id} has {len(view.fan.fans)} fans"
         for channel in self.authority:
             if not -1 <= channel < len(self.channels):
-                msg = f"run {self.run}: authority {channel} names none of the channels"
-                raise ValueError(msg)
-        return self
+                yield f"run {self.run}: authority {channel} names none of the channels"
 
-    @model_validator(mode="after")
-    def _grid_covers_the_run(self) -> Self:
+    @agrees
+    def _grid_covers_the_run(self) -> Iterator[str]:
         if self.grid is not None:
             grid = self.grid
             for name, texts, every in (
@@ -286,9 +281,7 @@ class Replay(Part):
                 ("occupied", grid.occupied, grid.occupied_every),
             ):
                 if len(texts) != -(-self.rows // every):
-                    msg = f"run {self.run}: grid.{name} has {len(texts)} maps"
-                    raise ValueError(msg)
-        return self
+                    yield f"run {self.run}: grid.{name} has {len(texts)} maps"
 
     def _columns(self) -> Iterator[tuple[str, Sized]]:
         yield "authority", self.authority
@@ -493,9 +486,7 @@ def _tracks(ticks: Sequence[Sequence[Track]]) -> Packed:
 
 def _signal(signal: SignalPlot) -> Packed:
     return {
-        "name": signal.name,
-        "unit": signal.unit,
-        "labels": signal.labels,
+        **fields_of(signal, "name", "unit", "labels"),
         "thresholds": [line.model_dump(mode="json") for line in signal.thresholds],
         "values": differences(signal.values, _scale(signal.values)),
     }

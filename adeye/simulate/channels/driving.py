@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from adeye.fields import fields_of
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.motion import idm_acceleration, lane_keeping_steering
 from adeye.kernel.road import (
@@ -73,7 +74,7 @@ def vehicle_fields(context: ChannelContext) -> dict[str, Any]:
     vehicles = context.vehicles
     names = ("length", "width", "wheelbase", "max_steering_angle")
     return {
-        **spec_columns(vehicles, lambda vehicle: {name: getattr(vehicle, name) for name in names}),
+        **spec_columns(vehicles, lambda vehicle: fields_of(vehicle, *names)),
         "desired_speed": context.desired_speed,
         "period": context.period,
     }
@@ -99,9 +100,7 @@ def channel_records(context: ChannelContext, fields: dict[str, Any]) -> NDArray[
 def parameter_columns(context: ChannelContext, names: Iterable[str]) -> dict[str, Any]:
     """Return some numbers of the parameters of each run as columns."""
     listed = tuple(names)
-    return spec_columns(
-        context.parameters, lambda item: {name: float(getattr(item, name)) for name in listed}
-    )
+    return spec_columns(context.parameters, lambda item: fields_of(item, *listed))
 
 
 @inlined

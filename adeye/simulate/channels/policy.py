@@ -49,7 +49,6 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    import gymnasium
     from numpy.typing import NDArray
 
     from adeye.ports import ChannelContext
@@ -59,7 +58,7 @@ if TYPE_CHECKING:
     from adeye.spec.channels import PolicyParameters
     from adeye.trace import ChannelEvent
 
-# --- What a policy observes and what it answers: spaces, scales and the arrays of a batch ---------
+# --- What a policy observes and what it answers: scales and the arrays of a batch ---------
 
 EGO_FEATURES: Final = {
     "speed": 40.0,  # [m/s]
@@ -89,43 +88,6 @@ EGO: Final = "ego"
 OBJECTS: Final = "objects"
 _EGO_SCALES: Final = np.array(list(EGO_FEATURES.values()))
 _OBJECT_SCALES: Final = np.array(list(OBJECT_FEATURES.values()))
-
-
-def observation_space(parameters: PolicyParameters) -> gymnasium.Space[Any]:
-    """Return the space that observations are in.
-
-    Args:
-        parameters: Say whether it is flat and normalised, and how many objects there are.
-
-    Returns:
-        ``Dict(ego=Box(9,), objects=Box(nearest, 7))``; flat, the ego's features before those of
-        the objects in one Box.
-    """
-    from gymnasium import spaces
-
-    limit = 1.0 if parameters.normalised else np.inf
-    rows = {EGO: (len(EGO_FEATURES),), OBJECTS: (parameters.nearest, len(OBJECT_FEATURES))}
-    if parameters.observation == "kinematics_flat":
-        size = sum(int(np.prod(shape)) for shape in rows.values())
-        return spaces.Box(-limit, limit, (size,), np.float32)
-    return spaces.Dict(
-        {name: spaces.Box(-limit, limit, shape, np.float32) for name, shape in rows.items()}
-    )
-
-
-def action_space(parameters: PolicyParameters, vehicle: Vehicle) -> gymnasium.Space[Any]:
-    """Return the space that actions are in: acceleration [m/s²] and steering angle [rad].
-
-    Args:
-        parameters: Say whether it is normalised: then each is from -1 to 1.
-        vehicle: Its limits are those of the space.
-    """
-    from gymnasium import spaces
-
-    low, high = action_limits(vehicle)
-    if parameters.normalised:
-        low, high = np.full(2, -1.0), np.ones(2)
-    return spaces.Box(low.astype(np.float32), high.astype(np.float32), (2,), np.float32)
 
 
 def action_limits(vehicle: Vehicle) -> tuple[Floats, Floats]:
@@ -184,7 +146,7 @@ class Kinematics:
         _describe(self._perception.seen, observation.time, self.is_known, self._ego, self._objects)
 
     def shown(self, runs: Any, parameters: PolicyParameters) -> Mapping[str, Any] | Any:
-        """Return the observation of some runs, of ``observation_space``, B of them.
+        """Return the observation of some runs: flat, or the ego and the objects by name.
 
         Args:
             runs: Their numbers.

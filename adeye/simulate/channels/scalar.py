@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from adeye import ports
+from adeye.fields import fields_of
 from adeye.signals import OK, SILENT, STATUS_LABELS, ControlCommand, Observation
 from adeye.simulate.channels.guard import ERROR, INVALID_OUTPUT, Failures, describe
 from adeye.simulate.channels.links import no_command
@@ -127,15 +128,12 @@ def _number(value: Any) -> float:
 
 def _context(context: ChannelContext, run: int) -> ports.ScalarContext:
     return ports.ScalarContext(
-        channel_id=context.channel_id,
-        links=context.links,
+        **fields_of(context, "channel_id", "links", "step", "period"),
         sensors=dict(context.sensors),
         mounts={name: poses[run].copy() for name, poses in context.mounts.items()},
         vehicle=context.vehicles[run],
         road=ports.ScalarRoad(**context.road.told(run)),
         desired_speed=float(context.desired_speed[run]),
-        step=context.step,
-        period=context.period,
     )
 
 

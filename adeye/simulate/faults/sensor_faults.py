@@ -10,7 +10,6 @@ import numpy as np
 
 from adeye import signals
 from adeye.kernel.elementary import sin_cos
-from adeye.kernel.motion import point_velocity
 from adeye.signals import Bools, Floats, Measurement
 from adeye.simulate.faults.injector import Draws, DropOut, nothing_yet
 from adeye.simulate.faults.rows import (
@@ -31,6 +30,7 @@ from adeye.simulate.faults.rows import (
     write_values,
 )
 from adeye.simulate.sensors import imaging
+from adeye.simulate.sensors.sampling import velocity_at
 from adeye.spec.sensor_faults import delivered
 
 if TYPE_CHECKING:
@@ -675,9 +675,7 @@ class Ghost:
         way, rear = ego[signals.EGO_SPEED] * late, self._rear[run]
         ego_x = ego[signals.EGO_X] - way * mid_cosine - rear * (now_cosine - cosine)
         ego_y = ego[signals.EGO_Y] - way * mid_sine - rear * (now_sine - sine)
-        forward, aside = point_velocity(
-            ego[signals.EGO_SPEED], ego[signals.EGO_YAW_RATE], rear, 0.0
-        )
+        forward, aside = velocity_at(ego, rear, 0.0)
         speed = self._speed[run]
         gone = speed * (moment.time - late - begin)
         dx = x + gone * course_cosine - ego_x

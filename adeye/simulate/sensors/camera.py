@@ -16,6 +16,7 @@ import numpy as np
 
 from adeye import signals
 from adeye.delivery import insert, no_measurement, sample_at
+from adeye.fields import fields_of
 from adeye.kernel import raster
 from adeye.kernel.detection_range import contrast_threshold
 from adeye.kernel.elementary import sin_cos, tan
@@ -380,10 +381,7 @@ def _numbers(spec: PhysicalCamera) -> dict[str, float]:
     yaw_sine, yaw_cosine = sin_cos(mount.yaw)
     edge = tan(0.5 * spec.field_of_view)
     return {
-        "x": mount.x,
-        "y": mount.y,
-        "z": mount.z,
-        "yaw": mount.yaw,
+        **fields_of(mount, "x", "y", "z", "yaw"),
         "yaw_sine": yaw_sine,
         "yaw_cosine": yaw_cosine,
         "pitch_sine": pitch_sine,
@@ -394,9 +392,7 @@ def _numbers(spec: PhysicalCamera) -> dict[str, float]:
         "ahead_down": -pitch_sine * yaw_cosine,
         "focal": 0.5 * spec.columns / edge,
         "threshold": spec.contrast_threshold,
-        "noise": spec.noise,
-        "transmission": spec.transmission,
-        "headlamps": spec.headlamps,
+        **fields_of(spec, "noise", "transmission", "headlamps"),
         # Columns that an upright at the side of the image leans over, from top to bottom.
         "lean": 1.0 + spec.rows * edge * abs(pitch_sine) / pitch_cosine,
         "min_rows": spec.min_pixel_height,

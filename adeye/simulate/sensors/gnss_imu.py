@@ -17,13 +17,13 @@ import numpy as np
 
 from adeye import signals
 from adeye.delivery import no_measurement
+from adeye.fields import fields_of
 from adeye.kernel.boxes import wrap_to_pi
 from adeye.kernel.elementary import exp, sin_cos
 from adeye.kernel.jit import compiled, inlined
-from adeye.kernel.motion import point_velocity
 from adeye.kernel.random import normal_pairs
 from adeye.signals import Bools, Floats, Measurement, Scene, parameter_record, spec_columns
-from adeye.simulate.sensors.sampling import Sampling, rear_axles, sample_like
+from adeye.simulate.sensors.sampling import Sampling, rear_axles, sample_like, velocity_at
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -107,7 +107,10 @@ class _MotionSensor(Sampling):
         )
         self._draws = tuple(np.zeros(runs) for _ in range(6))
         self._bias: Floats = np.zeros((runs, biases))
-        self._empty = no_values(runs, len(context.scene.object_ids), len(columns))
+        # Before its first sample its values are NaN; it never detects an object.
+        objects = len(context.scene.object_ids)
+        self._empty = no_measurement(runs, objects, with_estimate=False)
+        self._empty.values = np.full((runs, len(columns)), np.nan)
         super().__init__(context, self._empty)
 
     def _sample(self, scene: Scene) -> Measurement:
@@ -151,28 +154,12 @@ class GnssSensor(_MotionSensor):
         )
 
 
-def no_values(runs: int, objects: int, columns: int) -> Measurement:
-    """Return what a sensor of the ego's motion delivers before its first sample: NaN.
-
-    Args:
-        runs: B.
-        objects: M; it never detects one.
-        columns: V, how many values a sample has.
-    """
-    first = no_measurement(runs, objects, with_estimate=False)
-    first.values = np.full((runs, columns), np.nan)
-    return first
-
-
 def _gnss_numbers(spec: Gnss, period: float) -> dict[str, float]:
     """List what the compiled step reads of a receiver."""
     kept = share_kept(period, spec.bias_time)
     return {
-        "x": spec.mount.x,
-        "y": spec.mount.y,
-        "position_noise": spec.position_noise,
-        "speed_noise": spec.speed_noise,
-        "bias": spec.bias,
+        **fields_of(spec.mount, "x", "y"),
+        **fields_of(spec, "position_noise", "speed_noise", "bias"),
         "kept": kept,
         "new": share_new(kept),
     }
@@ -228,9 +215,7 @@ def _sample_gnss(  # noqa: PLR0913, PLR0917 - a kernel
             continue
         s, c = sin_cos(state[signals.EGO_HEADING])
         x, y = record["x"], record["y"]
-        ahead, aside = point_velocity(
-            state[signals.EGO_SPEED], state[signals.EGO_YAW_RATE], x + record["rear"], y
-        )
+        ahead, aside = velocity_at(state, x + record["rear"], y)
         noise, speed_noise = record["position_noise"], record["speed_noise"]
         row[signals.GNSS_X] = (
             state[signals.EGO_X] + c * x - s * y + bias[run, 0] + noise * draws[0][run]
@@ -287,12 +272,9 @@ def _imu_numbers(spec: Imu, period: float) -> dict[str, float]:
     """List what the compiled step reads of an inertial unit."""
     kept = share_kept(period, spec.bias_time)
     return {
-        "x": spec.mount.x,
-        "y": spec.mount.y,
-        "acceleration_noise": spec.acceleration_noise,
-        "acceleration_bias": spec.acceleration_bias,
-        "yaw_rate_noise": spec.yaw_rate_noise,
-        "yaw_rate_bias": spec.yaw_rate_bias,
+        **fields_of(spec.mount, "x", "y"),
+        **fields_of(spec, "acceleration_noise", "acceleration_bias"),
+        **fields_of(spec, "yaw_rate_noise", "yaw_rate_bias"),
         "kept": kept,
         "new": share_new(kept),
     }

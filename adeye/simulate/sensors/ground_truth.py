@@ -8,13 +8,20 @@ import numpy as np
 
 from adeye import signals
 from adeye.delivery import insert, no_measurement, sample_at
+from adeye.fields import fields_of
 from adeye.kernel.boxes import wrap_to_pi
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled
-from adeye.kernel.motion import point_velocity
 from adeye.kernel.random import normal_pairs
 from adeye.signals import Floats, Ints, Measurement, Scene, parameter_record, spec_columns
-from adeye.simulate.sensors.sampling import Found, Sampling, Truth, rear_axles, sample_like
+from adeye.simulate.sensors.sampling import (
+    Found,
+    Sampling,
+    Truth,
+    rear_axles,
+    sample_like,
+    velocity_at,
+)
 
 if TYPE_CHECKING:
     from adeye.ports import SensorContext
@@ -61,7 +68,7 @@ class GroundTruthSensor(Sampling):
 
 def _noise(spec: Any) -> dict[str, float]:
     """List what the compiled step reads of a localisation."""
-    return {name: getattr(spec, name) for name in ("lateral_noise", "heading_noise", "speed_noise")}
+    return fields_of(spec, "lateral_noise", "heading_noise", "speed_noise")
 
 
 @compiled
@@ -124,9 +131,7 @@ def _list_objects(truth: Truth, rear: Floats, places: Floats, order: Ints, found
             continue
         ego = truth.ego[run]
         s, c = sin_cos(ego[signals.EGO_HEADING])
-        forward, aside = point_velocity(
-            ego[signals.EGO_SPEED], ego[signals.EGO_YAW_RATE], rear[run], 0.0
-        )
+        forward, aside = velocity_at(ego, rear[run], 0.0)
         for thing in range(truth.objects.shape[1]):
             state = truth.objects[run, thing]
             dx, dy = (

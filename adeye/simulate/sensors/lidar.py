@@ -14,6 +14,7 @@ import numpy as np
 
 from adeye import signals
 from adeye.delivery import no_measurement
+from adeye.fields import fields_of
 from adeye.kernel import scan
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled, inlined
@@ -420,16 +421,9 @@ class LidarSensor(Sampling):
 def _numbers(spec: PhysicalLidar) -> dict[str, float]:
     """List what the compiled step reads of a lidar."""
     return {
-        "x": spec.mount.x,
-        "y": spec.mount.y,
-        "z": spec.mount.z,
-        "yaw": spec.mount.yaw,
-        "field_of_view": spec.field_of_view,
-        "range": spec.range,
-        "reference_reflectivity": spec.reference_reflectivity,
-        "range_noise": spec.range_noise,
-        "bearing_noise": spec.bearing_noise,
-        "drop_out": spec.drop_out,
+        **fields_of(spec.mount, "x", "y", "z", "yaw"),
+        **fields_of(spec, "field_of_view", "range", "reference_reflectivity"),
+        **fields_of(spec, "range_noise", "bearing_noise", "drop_out"),
     }
 
 

@@ -9,14 +9,14 @@ import numpy as np
 
 from adeye import signals
 from adeye.delivery import insert, no_measurement, sample_at
+from adeye.fields import fields_of
 from adeye.kernel import sight
 from adeye.kernel.boxes import wrap_to_pi
 from adeye.kernel.elementary import atan2, exp, log, power, sin_cos
 from adeye.kernel.jit import compiled, inlined
-from adeye.kernel.motion import point_velocity
 from adeye.kernel.random import normal, normal_pair, uniform
 from adeye.signals import Floats, Ints, Measurement, Scene, parameter_record, spec_columns
-from adeye.simulate.sensors.sampling import Found, Sampling, Stream, Truth, rear_axles
+from adeye.simulate.sensors.sampling import Found, Sampling, Stream, Truth, rear_axles, velocity_at
 from adeye.simulate.world.objects import CROSS_SECTION
 from adeye.simulate.world.weather import MM_PER_HOUR, NEPER, radar_rain_extinction
 
@@ -502,9 +502,7 @@ def _numbers(spec: PhysicalRadar) -> dict[str, float]:
     # Two Poisson distributed numbers add up to one, of which each event is of either kind.
     ghosts = spec.false_alarm_rate * spec.cells + spec.clutter
     return {
-        "x": spec.mount.x,
-        "y": spec.mount.y,
-        "yaw": spec.mount.yaw,
+        **fields_of(spec.mount, "x", "y", "yaw"),
         "half_view": half,
         "edge_sine": sine,
         "edge_cosine": cosine,
@@ -512,10 +510,8 @@ def _numbers(spec: PhysicalRadar) -> dict[str, float]:
         "strength": signal * square * square / spec.reference_cross_section,
         "threshold": detection_threshold(spec.false_alarm_rate),
         "beam": 2.0 * spec.edge_loss / NEPER / (half * half),
-        "range_resolution": spec.range_resolution,
-        "bearing_resolution": spec.bearing_resolution,
-        "range_rate_resolution": spec.range_rate_resolution,
-        "max_range_rate": spec.max_range_rate,
+        **fields_of(spec, "range_resolution", "bearing_resolution"),
+        **fields_of(spec, "range_rate_resolution", "max_range_rate"),
         "cell_volume": spec.range_resolution * spec.bearing_resolution * spec.elevation_beam,
         "ghosts": ghosts,
         "no_ghost": exp(-ghosts),
@@ -562,12 +558,7 @@ def _sample_run(parameters: Any, truth: Truth, run: int, memory: Memory) -> int:
     s, c = sin_cos(ego[signals.EGO_HEADING])
     lever_x = c * parameters["x"] - s * parameters["y"]
     lever_y = s * parameters["x"] + c * parameters["y"]
-    forward, aside = point_velocity(
-        ego[signals.EGO_SPEED],
-        ego[signals.EGO_YAW_RATE],
-        parameters["x"] + parameters["rear"],
-        parameters["y"],
-    )
+    forward, aside = velocity_at(ego, parameters["x"] + parameters["rear"], parameters["y"])
     velocity_x, velocity_y = forward * c - aside * s, forward * s + aside * c
     ahead_y, ahead_x = sin_cos(ego[signals.EGO_HEADING] + parameters["yaw"])
     count = objects.shape[0]

@@ -9,13 +9,13 @@ import numpy as np
 
 from adeye import signals
 from adeye.delivery import insert, no_measurement, sample_at
+from adeye.fields import fields_of
 from adeye.kernel import sight
 from adeye.kernel.elementary import sin_cos, sin_cos_of_any
 from adeye.kernel.jit import compiled, inlined
-from adeye.kernel.motion import point_velocity
 from adeye.kernel.random import normal_pairs_of
 from adeye.signals import Floats, Ints, Measurement, Scene, parameter_record, spec_columns
-from adeye.simulate.sensors.sampling import Found, Sampling, Truth, rear_axles
+from adeye.simulate.sensors.sampling import Found, Sampling, Truth, rear_axles, velocity_at
 from adeye.simulate.world.weather import (
     camera_range,
     glare_contrast,
@@ -331,9 +331,7 @@ class RangingSensor(Sampling):
                 **spec_columns(specs, _numbers),
                 "rain": weather.rain,
                 "visibility": weather.fog_visibility,
-                "illuminance": weather.illuminance,
-                "sun_elevation": weather.sun_elevation,
-                "sun_azimuth": weather.sun_azimuth,
+                **fields_of(weather, "illuminance", "sun_elevation", "sun_azimuth"),
                 "rear": rear_axles(context),
             }
         )
@@ -370,9 +368,7 @@ def _numbers(spec: Camera | Radar | Lidar) -> dict[str, float]:
     angle = spec.field_of_view
     sine, cosine = sin_cos(0.5 * angle) if angle < math.pi else (0.0, 0.0)
     return {
-        "x": spec.mount.x,
-        "y": spec.mount.y,
-        "yaw": spec.mount.yaw,
+        **fields_of(spec.mount, "x", "y", "yaw"),
         "field_of_view": angle,
         "range": spec.range,
         "min_visible": spec.min_visible,
@@ -478,12 +474,7 @@ def _look(  # noqa: PLR0913, PLR0917 - a kernel
             rate = objects[thing, signals.OBJECT_SPEED] * (
                 look[sight.COSINE] * ux + look[sight.SINE] * uy
             )
-            forward, aside = point_velocity(
-                ego[signals.EGO_SPEED],
-                ego[signals.EGO_YAW_RATE],
-                parameters["x"] + parameters["rear"],
-                parameters["y"],
-            )
+            forward, aside = velocity_at(ego, parameters["x"] + parameters["rear"], parameters["y"])
             rate -= forward * (c * ux + s * uy)
             rate -= aside * (c * uy - s * ux)
         note(kind, parameters, seen, count, truth.seeds[run], thing, ux, uy, distance, rate)

@@ -7,7 +7,10 @@ from typing import TYPE_CHECKING, NamedTuple, Self
 
 import numpy as np
 
+from adeye import signals
 from adeye.delivery import Delivery
+from adeye.kernel.jit import inlined
+from adeye.kernel.motion import point_velocity
 from adeye.signals import Bools, Floats, Ints, Measurement, Scene
 
 if TYPE_CHECKING:
@@ -126,6 +129,12 @@ def sample_like(
     runs = len(empty.stamp)
     stamp, fresh = np.full(runs, time), np.zeros(runs, dtype=np.bool_)
     return replace(empty, stamp=stamp, fresh=fresh, estimate=estimate, values=values)
+
+
+@inlined
+def velocity_at(ego: Floats, ahead: float, aside: float) -> tuple[float, float]:
+    """Return the velocity of a point that moves with the ego, see ``point_velocity``."""
+    return point_velocity(ego[signals.EGO_SPEED], ego[signals.EGO_YAW_RATE], ahead, aside)
 
 
 def rear_axles(context: SensorContext) -> Floats:

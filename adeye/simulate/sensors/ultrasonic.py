@@ -9,6 +9,7 @@ import numpy as np
 
 from adeye import signals
 from adeye.delivery import no_measurement, sample_at
+from adeye.fields import fields_of
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.random import normal
@@ -70,15 +71,10 @@ def _numbers(spec: Ultrasonic) -> dict[str, float]:
     """List what the compiled step reads of a sensor."""
     sine, cosine = sin_cos(0.5 * spec.field_of_view)
     return {
-        "x": spec.mount.x,
-        "y": spec.mount.y,
-        "yaw": spec.mount.yaw,
+        **fields_of(spec.mount, "x", "y", "yaw"),
         "edge_sine": sine,
         "edge_cosine": cosine,
-        "range": spec.range,
-        "blind_zone": spec.blind_zone,
-        "range_noise": spec.range_noise,
-        "cross_talk": float(spec.cross_talk),
+        **fields_of(spec, "range", "blind_zone", "range_noise", "cross_talk"),
     }
 
 

@@ -9,7 +9,7 @@ import pytest
 from adeye.errors import ExpressionError, SourceLocation
 from adeye.judge.stl import syntax
 from adeye.judge.stl.batch import evaluate_rows
-from adeye.judge.stl.formula import check_condition, parse_formula, unit_exponents
+from adeye.judge.stl.formula import parse_formula, unit_exponents
 from adeye.judge.stl.parser import parse_with
 from adeye.signals import SignalType, architecture_signals, scene_signals
 from tests.judge.stl.batch import Signals, numbers
@@ -84,7 +84,7 @@ DICTIONARY_OF_CHECK = {
 
 
 def check(text: str) -> None:
-    check_condition(parse_with({}, text)[0], DICTIONARY_OF_CHECK, text)
+    parse_formula(text).check(DICTIONARY_OF_CHECK)
 
 
 @pytest.mark.parametrize("text", TABLES["what fits the dictionary passes"])

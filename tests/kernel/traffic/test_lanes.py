@@ -43,12 +43,18 @@ def turned(first: float, second: float) -> float:
 
 
 @pytest.mark.parametrize("name", LANES)
-def test_place_beside_a_lane_is_highway_env_s_with_left_positive(name: str) -> None:
+def test_place_beside_a_lane_and_distance_are_highway_env_s_with_left_positive(name: str) -> None:
     lanes = ours(name)
     for x, y in POINTS:
         s, lateral = LANES[name].local_coordinates(np.array([x, -y]))
-        found = k.lane_local(lanes, 0, x, y)
-        assert found == pytest.approx((s, -lateral), abs=1e-11)
+        place = k.lane_local(lanes, 0, x, y)
+        assert place == pytest.approx((s, -lateral), abs=1e-11)
+        distance = k.distance_to_lane(lanes, 0, *place)
+        assert distance == pytest.approx(LANES[name].distance(np.array([x, -y])), abs=1e-11)
+        least = k.least_distance(lanes, 0, x, y)
+        assert least <= distance + 1e-9
+        if k.is_on_lane(lanes, 0, *place, 1.0):
+            assert least <= lanes[0, k.WIDTH] / 2.0 + 1.0 + k.OVERHANG + 1e-9
 
 
 @pytest.mark.parametrize("name", LANES)
@@ -89,26 +95,6 @@ def test_what_is_on_a_lane_or_reaches_it_is_highway_env_s_answer(name: str, marg
             assert reachable == lane.is_reachable_from(theirs)
             answers |= {on_it, reachable}
     assert answers == {True, False}
-
-
-@pytest.mark.parametrize("name", LANES)
-def test_distance_to_a_lane_is_highway_env_s(name: str) -> None:
-    lanes = ours(name)
-    for x, y in POINTS:
-        place = k.lane_local(lanes, 0, x, y)
-        expected = LANES[name].distance(np.array([x, -y]))
-        assert k.distance_to_lane(lanes, 0, *place) == pytest.approx(expected, abs=1e-11)
-
-
-@pytest.mark.parametrize("name", LANES)
-def test_least_distance_is_never_above_the_distance(name: str) -> None:
-    lanes = ours(name)
-    for x, y in POINTS:
-        place = k.lane_local(lanes, 0, x, y)
-        least = k.least_distance(lanes, 0, x, y)
-        assert least <= k.distance_to_lane(lanes, 0, *place) + 1e-9
-        if k.is_on_lane(lanes, 0, *place, 1.0):
-            assert least <= lanes[0, k.WIDTH] / 2.0 + 1.0 + k.OVERHANG + 1e-9
 
 
 def test_far_from_a_straight_lane_the_least_distance_says_so() -> None:

@@ -110,7 +110,7 @@ def test_repeats_read_back() -> None:
         assert column(repeats(values)) == values
 
 
-def test_packed_run_reads_back(report: Report) -> None:
+def test_packed_run_reads_back_with_detections_and_tracks_tick_by_tick(report: Report) -> None:
     replay = report.replays[0]
     packed = pack_replay(replay)
     assert packed["rows"] == replay.rows == len(replay.ego.x_m)
@@ -124,11 +124,6 @@ def test_packed_run_reads_back(report: Report) -> None:
     assert column(grid["occupied"]) == list(maps.occupied)
     assert grid["levels"] == [1.0, 3.0, 7.0]
     assert pack_replay(replay.model_copy(update={"grid": None}))["grid"] is None
-
-
-def test_detections_and_tracks_read_back_tick_by_tick(report: Report) -> None:
-    replay = report.replays[0]
-    packed = pack_replay(replay)
     sensor = packed["sensors"][0]
     found = list(zip(numbers(sensor["dx"]), numbers(sensor["dy"]), strict=True))
     counts = column(sensor["count"])

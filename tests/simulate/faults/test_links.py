@@ -42,20 +42,15 @@ def test_what_came_last_stands_while_everything_is_lost() -> None:
     assert seen(made("drop"), 7, end=6)[2:] == [(2, 2, True), *lost, (6, 6, True)]
 
 
-def test_sample_that_was_lost_does_not_come_before_the_next_one() -> None:
+def test_lost_sample_does_not_come_before_the_next_one_and_no_link_tells_of_a_dead_sensor() -> None:
     fault = made("drop")
     fault.apply(sample(0), moment(NONE))
     fault.apply(sample(1), moment(ACTIVE))
     held = fault.apply(sample(1, fresh=False), moment(ACTIVE))
     assert held.stamp[0] == 0.0
     assert not held.fresh[0]
-
-
-def test_lost_link_tells_nobody_that_its_sensor_is_dead() -> None:
-    fault = made("drop")
-    fault.apply(sample(0), moment(NONE))
-    assert fault.apply(sample(0, fresh=False, alive=False), moment(ACTIVE)).alive[0]
-    after = fault.apply(sample(0, fresh=False, alive=False), moment(NONE))
+    assert fault.apply(sample(1, fresh=False, alive=False), moment(ACTIVE)).alive[0]
+    after = fault.apply(sample(1, fresh=False, alive=False), moment(NONE))
     assert not after.alive[0]
 
 

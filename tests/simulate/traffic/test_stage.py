@@ -446,12 +446,6 @@ def test_gravity_pulls_along_a_grade_and_brakes_that_hold_it_hold_the_ego() -> N
     assert states[:, EGO_SPEED].tolist() == [0.0, 0.0, 0.0]
 
 
-def test_runs_of_a_batch_have_the_bits_of_a_single_run() -> None:
-    alone = driven((-2.0, 0.01), 60)
-    together = driven((-2.0, 0.01), 60, runs=7)
-    assert all(together[run].tolist() == alone[0].tolist() for run in range(7))
-
-
 def test_a_run_that_has_ended_stays_where_it_is() -> None:
     cases = [make_case(make_scenario())] * 2
     world = compile_world(cases)

@@ -24,7 +24,7 @@ def campaign(store: Store) -> str:
     return str(store.campaign(8))
 
 
-def test_a_fork_is_found_where_its_run_stands(store: Store, campaign: str) -> None:
+def test_a_fork_is_its_run_with_the_override(store: Store, campaign: str) -> None:
     fork = store.fork(campaign)
     origin = store.repository.find_run("0", campaign=campaign)
     found = store.repository.find_run(fork.result_digest[:12])
@@ -33,11 +33,6 @@ def test_a_fork_is_found_where_its_run_stands(store: Store, campaign: str) -> No
     assert found.scenario == origin.scenario
     stored = store.run(fork.result_digest)
     assert [item.fsr_id for item in stored.verdicts] == ["FSR1"]
-
-
-def test_a_fork_is_its_run_with_the_override(store: Store, campaign: str) -> None:
-    fork = store.fork(campaign)
-    origin = store.repository.find_run("0", campaign=campaign)
     plain, forked = map(store.repository.test_case_row, (origin.test_case, fork.test_case))
     assert plain.fork is None
     assert forked.fork == fork

@@ -25,6 +25,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 
 from adeye import signals
+from adeye.fields import fields_of
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled, inlined
 from adeye.signals import Bools, Floats, Ints, Measurement, parameter_record, spec_columns
@@ -287,9 +288,7 @@ class Clustering:
 
 def _numbers(spec: PhysicalLidar) -> dict[str, float]:
     return {
-        "x": spec.mount.x,
-        "y": spec.mount.y,
-        "z": spec.mount.z,
+        **fields_of(spec.mount, "x", "y", "z"),
         "layers": float(spec.layers),
         "spacing": spec.field_of_view / spec.beams,
         "is_closed": float(spec.field_of_view >= _WHOLE_TURN),

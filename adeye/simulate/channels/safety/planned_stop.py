@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
+from adeye.fields import fields_of
 from adeye.kernel import profiles, stops
 from adeye.kernel.elementary import sin_cos, tan
 from adeye.kernel.jit import compiled, inlined
@@ -52,7 +53,6 @@ if TYPE_CHECKING:
     from adeye.signals import Floats
     from adeye.simulate.channels.perception.step import Seen
     from adeye.spec.architecture import Vehicle
-    from adeye.spec.channels import SafetyParameters
 
 # --- Whether a safe stop cuts up somebody in a lane that it enters or crosses ---------------------
 
@@ -651,7 +651,9 @@ class PlannedSafetyChannel(SafetyChannel):
         """Prepare for the runs of a batch."""
         super().reset(context)
         runs = context.runs
-        rules = spec_columns(context.parameters, _rules)
+        rules = spec_columns(
+            context.parameters, lambda item: fields_of(item.ratings, *stops.RULE_NAMES)
+        )
         self._plans = Plans(
             rules=np.stack([rules[name] for name in stops.RULE_NAMES], axis=1),
             kept=np.zeros((runs, KEPT_ROW)),
@@ -675,10 +677,6 @@ class PlannedSafetyChannel(SafetyChannel):
 
     def _step(self, time: float) -> None:
         _act(self._batch, self._plans, time, self._shown)
-
-
-def _rules(item: SafetyParameters) -> dict[str, float]:
-    return {name: float(getattr(item.ratings, name)) for name in stops.RULE_NAMES}
 
 
 def _limits(vehicle: Vehicle) -> dict[str, float]:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
+from adeye.fields import fields_of
 from adeye.kernel import profiles
 from adeye.kernel.boxes import wrap_to_pi
 from adeye.kernel.elementary import atan, sin_cos, tan
@@ -665,7 +666,7 @@ class Plans(NamedTuple):
 
 def _numbers(item: TrajectoryParameters) -> dict[str, float]:
     """List what the compiled step reads of the channel's parameters."""
-    numbers = {name: float(getattr(item, name)) for name in TrajectoryParameters.model_fields}
+    numbers = fields_of(item, *TrajectoryParameters.model_fields)
     return numbers | {"behind": max(BEHIND, item.rear_sight)}
 
 
