@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from adeye.kernel import strips as across
 from adeye.maps import arcs, lanes, network
 from adeye.maps.lanes import LaidRoad, Strip
+from adeye.maps.mirror import mirrored
 from adeye.maps.opendrive import OpenDrive
 
 Floats = NDArray[np.float64]
@@ -115,14 +116,24 @@ class Lanes:
 
     @cached_property
     def own(self) -> dict[Section, tuple[int, ...]]:
-        """Rows of the lanes to drive in, of each cross-section from right to left."""
+        """Rows of the lanes to drive in, of each cross-section from right to left.
+
+        Those of roads where traffic keeps to the right: the others are so in ``mirror``.
+        """
         found: dict[Section, list[int]] = {}
         for row, (road, number, _) in enumerate(self.rows.keys):
             way = int(self.graph.way[row])
-            if way != 0 and self.graph.kind[row] == network.DRIVE:
+            is_right_hand = not self.drive.roads[road].left_hand
+            if way != 0 and self.graph.kind[row] == network.DRIVE and is_right_hand:
                 found.setdefault(Section(road, number, way), []).append(row)
         # Rows ascend with the ids of lanes: from right to left along s.
         return {key: tuple(found[key][:: key.way]) for key in sorted(found)}
+
+    @cached_property
+    def mirror(self) -> Lanes | None:
+        """Lanes of the mirror image; None if traffic keeps to the right everywhere."""
+        is_needed = any(road.left_hand for road in self.drive.roads.values())
+        return Lanes.of(mirrored(self.drive)) if is_needed else None
 
     def laid(self, road: str) -> LaidRoad:
         """Return a road with its lines."""

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, Literal, NamedTuple
 
 import numpy as np
@@ -121,6 +121,7 @@ class Place:
         radius: Of the narrowest bend of the line [m], infinite on a straight.
         pieces: Cross-sections that the road leads over.
         window: From where to where on their line [m].
+        left_hand: Whether traffic keeps to the left, and all this is of the mirror image.
     """
 
     key: str
@@ -133,6 +134,7 @@ class Place:
     radius: float
     pieces: tuple[Piece, ...]
     window: tuple[float, float]
+    left_hand: bool = False
 
     @property
     def length(self) -> float:
@@ -166,12 +168,17 @@ def places_of(found: Lanes, name: str, asked: Asked) -> Places:
     """
     places: list[Place] = []
     refused: Counter[str] = Counter()
-    spots = sorted(set(_spots(found, asked.anchor)), key=_order)
-    for spot in spots:
+    spots = [
+        (spot, lanes)
+        for lanes in (found, found.mirror)
+        if lanes is not None
+        for spot in set(_spots(lanes, asked.anchor))
+    ]
+    for spot, lanes in sorted(spots, key=lambda item: _order(item[0])):
         key = f"{name}:{spot.section.road}{'+' if spot.section.way > 0 else '-'}{spot.at:.0f}"
-        place = _place(found, spot, asked, key)
+        place = _place(lanes, spot, asked, key)
         if isinstance(place, Place):
-            places.append(place)
+            places.append(replace(place, left_hand=lanes is not found))
         else:
             refused[place] += 1
     return Places(tuple(places), refused)
@@ -223,7 +230,6 @@ def _place(found: Lanes, spot: Spot, asked: Asked, key: str) -> Place | str:
     """Return a place with its road, or why it has none."""
     section = spot.section
     lacks = _lacks(
-        (not found.drive.roads[section.road].left_hand, "in left-hand traffic"),
         (asked.lanes in {None, len(found.own[section])}, "with another number of lanes"),
         (
             asked.two_way in {None, _is_two_way(found, section)},
@@ -262,6 +268,8 @@ def _chain(found: Lanes, spot: Spot, asked: Asked) -> list[tuple[Section, int]] 
                 return "too near to the end of the way"
             if found.drive.roads[following.road].junction:
                 return "too near to a junction"
+            if found.drive.roads[following.road].left_hand:
+                return "where traffic changes sides"
             parts[sense].append(following)
             room += _span(found, following)
     sections = (*reversed(parts[-1][1:]), *parts[1])

@@ -131,9 +131,14 @@ def test_a_road_that_nobody_reaches_changes_no_place() -> None:
     assert same == [(place.key, place.road) for place in alone]
 
 
-def test_places_in_left_hand_traffic_and_near_junctions_are_refused_with_the_reason() -> None:
-    left = straight(section(lane(0), lane(-1, WIDE)), left_hand=True)
-    assert set(found(network(left)).refused) == {"in left-hand traffic"}
+def test_a_way_that_changes_sides_is_refused_there() -> None:
+    lanes = section(lane(0), lane(-1, WIDE, successors=(1,)))
+    there = section(lane(1, WIDE), lane(0))
+    one = straight(lanes, id="1", length=100.0, successor=RoadLink("road", "2", "start", 1))
+    pose = (100.0, 0.0, 0.0)
+    other = road([piece("line", 400.0, pose=pose)], there, id="2", left_hand=True)
+    refused = found(network(one, other), before=0.0).refused
+    assert refused["where traffic changes sides"] == 2
 
 
 def test_lanes_too_narrow_to_drive_in_are_no_place() -> None:
