@@ -8,7 +8,7 @@ from typing import Final
 from adeye.maps import opendrive as records
 
 _AHEAD: Final = {"paramPoly3": 4}
-"""How many of its first parameters tell how far a piece leads ahead, by kind: the others turn it."""
+"""How many of its first parameters tell how far a piece leads ahead: the others lead it aside."""
 _CHANGES: Final = {"increase": "decrease", "decrease": "increase"}
 
 
@@ -45,8 +45,8 @@ def _road(road: records.Road) -> records.Road:
 
 def _geometry(piece: records.Geometry) -> records.Geometry:
     ahead = _AHEAD.get(piece.kind, 0)
-    turning = (0.0 - number for number in piece.parameters[ahead:])
-    parameters = (*piece.parameters[:ahead], *turning)
+    aside = (0.0 - number for number in piece.parameters[ahead:])
+    parameters = (*piece.parameters[:ahead], *aside)
     return replace(piece, y=0.0 - piece.y, heading=0.0 - piece.heading, parameters=parameters)
 
 

@@ -39,14 +39,8 @@ MOST: Final = 1_000
 _TYPES: Final = {
     "motorway": "motorway",
     "rural": "rural",
-    "town": "urban",
-    "townExpressway": "urban",
-    "townCollector": "urban",
-    "townArterial": "urban",
-    "townPrivate": "urban",
-    "townLocal": "urban",
-    "townPlayStreet": "urban",
-    "lowSpeed": "urban",
+    **dict.fromkeys(("town", "townExpressway", "townCollector", "townArterial"), "urban"),
+    **dict.fromkeys(("townPrivate", "townLocal", "townPlayStreet", "lowSpeed"), "urban"),
 }
 _USUAL: Final = {"motorway": 130.0 / 3.6, "rural": 100.0 / 3.6, "urban": 50.0 / 3.6}
 """Speed limit where the map has none, by the type of the road [m/s]. A guess, after the usual ones
@@ -168,12 +162,8 @@ def places_of(found: Lanes, name: str, asked: Asked) -> Places:
     """
     places: list[Place] = []
     refused: Counter[str] = Counter()
-    spots = [
-        (spot, lanes)
-        for lanes in (found, found.mirror)
-        if lanes is not None
-        for spot in set(_spots(lanes, asked.anchor))
-    ]
+    both = (found, *found.mirrors)
+    spots = [(spot, lanes) for lanes in both for spot in set(_spots(lanes, asked.anchor))]
     for spot, lanes in sorted(spots, key=lambda item: _order(item[0])):
         key = f"{name}:{spot.section.road}{'+' if spot.section.way > 0 else '-'}{spot.at:.0f}"
         place = _place(lanes, spot, asked, key)
@@ -268,8 +258,8 @@ def _chain(found: Lanes, spot: Spot, asked: Asked) -> list[tuple[Section, int]] 
                 return "too near to the end of the way"
             if found.drive.roads[following.road].junction:
                 return "too near to a junction"
-            if found.drive.roads[following.road].left_hand:
-                return "where traffic changes sides"
+            if following not in found.own:
+                return "where no lane goes on, or traffic changes sides"
             parts[sense].append(following)
             room += _span(found, following)
     sections = (*reversed(parts[-1][1:]), *parts[1])
@@ -334,6 +324,10 @@ def _laid(key: str, kind: str, asked: Asked, pieces: Sequence[Piece], here: floa
     if any((strips[:, across.STRIP_LANE] < 0.0).all() for item in pieces for strips in item.strips):
         return "where no lane is wide enough"
     window = here - asked.before, here + asked.after
+    begins = np.cumsum([0.0, *(piece.length for piece in pieces[:-1])])
+    folds = np.concatenate([s + piece.folds for s, piece in zip(begins, pieces, strict=True)])
+    if ((folds >= window[0]) & (folds <= window[1])).any():
+        return "where lanes reach beyond the centre of a bend"
     road = _put_together(pieces, window, "")
     bend = max(abs(curvature) for _, curvature in road.line)
     radius = 1.0 / bend if bend > 1e-9 else math.inf

@@ -32,16 +32,14 @@ TURNED: Final[dict[type[Any], tuple[str, ...]]] = {
     sensed.Jump: ("y", "heading"),
     sensed.Ghost: ("y",),
     sensed.Miscalibration: ("y", "yaw"),
-    sensed.Bias: ("size",),
-    sensed.Drift: ("size",),
-    sensed.Spike: ("size",),
+    **dict.fromkeys((sensed.Bias, sensed.Drift, sensed.Spike), ("size",)),
     sensed.StuckAt: ("value",),
 }
 """Fields of faults that are positive to the left; of those of signals, if the signal is."""
 
-LATERAL: Final = frozenset(
-    ["y", "bearing", "ego_y", "ego_heading", "ego_yaw_rate", "position_y", "velocity_y"]
-    + ["acceleration_y", "yaw_rate"]
+LATERAL: Final = (
+    *("y", "bearing", "ego_y", "ego_heading", "ego_yaw_rate"),
+    *("position_y", "velocity_y", "acceleration_y", "yaw_rate"),
 )
 """Signals of sensors that are positive to the left."""
 
@@ -54,11 +52,12 @@ def as_driven(cases: Sequence[TestCase]) -> Sequence[TestCase]:
     """
     if cases[0].scenario.world.road.traffic == "right":
         return cases
-    known: dict[int, Architecture] = {}
+    known = {id(case.architecture): case.architecture for case in cases}
+    turned = {key: _architecture(architecture) for key, architecture in known.items()}
     return [
         replace(
             case,
-            architecture=known.setdefault(id(case.architecture), _architecture(case.architecture)),
+            architecture=turned[id(case.architecture)],
             faults=tuple(_fault(fault, case.architecture) for fault in case.faults),
         ).identified(case.stream_seed, case.situation_digest, case.digest)
         for case in cases

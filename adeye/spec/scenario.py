@@ -97,7 +97,7 @@ class LaneEnd(q.Record):
 
 
 class Road(q.GrownRecord):
-    """A road with parallel lanes, numbered from 0 at the right; at the left in left-hand traffic."""
+    """A road with parallel lanes, numbered from 0 at the right, where traffic keeps to."""
 
     later: ClassVar[tuple[str, ...]] = (
         "verge",
