@@ -3,11 +3,15 @@
 import json
 import struct
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
+from adeye.report import page as pages
 from adeye.report.model.report import Report
 from adeye.report.page.html import write_html
+from adeye.report.page.replay import Packed, pack_replay
 from tests.report.browser import Browser
 from tests.report.fake import build_report
 from tests.stored import known
@@ -227,3 +231,58 @@ def test_filter_leaves_the_timing_of_one_architecture(browser: Browser, page: Pa
         "filters.dispatchEvent(new Event('change', {bubbles: true}))"
     )
     assert browser.run(shown) == "legacy_camera"
+
+
+def decoded(browser: Browser, raw: Packed) -> Any:
+    """Return a replay as the page's script reads it."""
+    source = (Path(pages.__file__).parents[1] / "web" / "decode.js").read_text("utf-8")
+    plain = "(key, value) => ArrayBuffer.isView(value) ? Array.from(value) : value"
+    script = (
+        f"(() => {{ {source}; return JSON.stringify(decodeReplay({json.dumps(raw)}), {plain}) }})()"
+    )
+    return json.loads(str(browser.run(script)))
+
+
+def test_left_hand_traffic_is_drawn_as_it_is_in_the_world(browser: Browser, report: Report) -> None:
+    raw = pack_replay(report.replays[0])
+    mirror, world = (decoded(browser, {**raw, "left_hand": left}) for left in (False, True))
+    for part, turned in (
+        ("ego", ["y", "heading", "steering"]),
+        *((f"actors.{at}", ["y", "heading"]) for at in range(len(mirror["actors"]))),
+        *((f"boxes.{at}", ["y", "heading"]) for at in range(len(mirror["boxes"]))),
+        *((f"boundaries.{at}", ["y"]) for at in range(len(mirror["boundaries"]))),
+        *((f"sensors.{at}", ["y", "yaw", "dy"]) for at in range(len(mirror["sensors"]))),
+        *((f"channels.{at}", ["steering"]) for at in range(len(mirror["channels"]))),
+    ):
+        before, after = (part_of(replay, part) for replay in (mirror, world))
+        for name in turned:
+            np.testing.assert_array_equal(-np.array(before.pop(name)), np.array(after.pop(name)))
+    for before, after in zip(mirror["channels"], world["channels"], strict=True):
+        if before["tracks"]:
+            signs = np.array([[1], [-1], [1], [-1], [1], [1]])
+            tracks = [np.array(item["tracks"].pop("columns")) for item in (before, after)]
+            np.testing.assert_array_equal(signs * tracks[0], tracks[1])
+        if before["fan"]:
+            y = [np.array(item["fan"].pop("y")) for item in (before, after)]
+            np.testing.assert_array_equal(-y[0], y[1])
+    shape = -1, raw["grid"]["rows"], raw["grid"]["columns"]
+    for name in ("number", "occupied"):
+        cells = [np.array(replay["grid"].pop(name)).reshape(shape) for replay in (mirror, world)]
+        np.testing.assert_array_equal(cells[0][:, ::-1], cells[1])
+    edges = [replay["grid"].pop("y_m") for replay in (mirror, world)]
+    assert edges[1] == pytest.approx(-edges[0] - raw["grid"]["rows"] * raw["grid"]["cell_m"])
+    np.testing.assert_allclose(-np.array(mirror.pop("camera")), world.pop("camera"), atol=1e-12)
+    for replay in (mirror, world):
+        for part in (
+            replay["shoulder"] or {},
+            *(item["points"] or {} for item in replay["sensors"]),
+        ):
+            part.pop("y", None)
+    # All else stays.
+    assert {**world, "left_hand": False} == mirror
+
+
+def part_of(replay: Any, path: str) -> Any:
+    for name in path.split("."):
+        replay = replay[int(name) if name.isdigit() else name]
+    return replay

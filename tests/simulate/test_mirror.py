@@ -94,11 +94,8 @@ def signed(record: Any) -> set[str]:
     for name, item in record.model_fields.items():
         of = {part.dimension for part in item.metadata if isinstance(part, Measures)}
         is_size = of & {Dimension.LENGTH, Dimension.ANGLE} or name in {"size", "value"}
-        if (
-            is_size
-            and item.annotation is float
-            and not any(getattr(part, "ge", -1.0) >= 0.0 for part in item.metadata)
-        ):
+        least = [getattr(part, key, -1.0) for part in item.metadata for key in ("ge", "gt")]
+        if is_size and item.annotation is float and max(least, default=-1.0) < 0.0:
             found.add(name)
     return found - {"x", "z", "pitch"}
 
