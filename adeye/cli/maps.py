@@ -294,8 +294,7 @@ def _map_of(file: Path) -> tuple[OpenDrive, list[Loss]]:
     drive = parametric_map(
         road, markings=written.markings, road_type=written.road_type, path=file.name
     )
-    drawn = mirrored(drive) if road.left_hand else drive
-    return drawn, list(losses_of(road, written.markings))
+    return (mirrored(drive) if road.left_hand else drive), list(losses_of(road, written.markings))
 
 
 add(map_app, show_map, name="show")

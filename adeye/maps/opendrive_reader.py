@@ -634,7 +634,7 @@ def _from(lane: Lane, begin: float) -> Lane:
     )
 
 
-def _rest(rows: Floats, begin: float) -> Floats:
+def _rest(rows: Floats, begin: float) -> Any:
     """Return cubics (N, 5) as they are seen from a place."""
     at = int(np.searchsorted(rows[:, 0], begin, side="right"))
     for s, a, b, c, d in rows[max(0, at - 1) : at]:

@@ -8,20 +8,22 @@ left of the vehicle is on its right there, and a fault that steers to the left s
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from adeye.spec import fault as commands
 from adeye.spec import fault_base as actuators
 from adeye.spec import sensor_faults as sensed
-from adeye.spec.sensors import PhysicalCamera
+from adeye.spec.quantity import Record
+from adeye.spec.sensors import Patch, PhysicalCamera, Sensor
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from adeye.spec.architecture import Architecture
-    from adeye.spec.fault import Fault
-    from adeye.spec.sensors import Sensor
     from adeye.sweep.case import TestCase
+
+Part = TypeVar("Part", bound=Record)
+Pixels = TypeVar("Pixels", bound=sensed.DeadPixels | sensed.PixelNoise | Patch)
 
 TURNED: Final[dict[type[Any], tuple[str, ...]]] = {
     commands.Bias: ("steering_angle",),
@@ -79,7 +81,7 @@ def _sensor(sensor: Sensor) -> Sensor:
     return sensor.model_copy(update=found)
 
 
-def _fault(fault: Fault, architecture: Architecture) -> Fault:
+def _fault(fault: commands.Fault, architecture: Architecture) -> commands.Fault:
     if isinstance(fault, sensed.Miss | sensed.BlindSector):
         return fault.model_copy(update={"right": 0.0 - fault.left, "left": 0.0 - fault.right})
     if isinstance(fault, sensed.DeadPixels | sensed.PixelNoise):
@@ -89,11 +91,11 @@ def _fault(fault: Fault, architecture: Architecture) -> Fault:
     return _turned(fault, TURNED.get(type(fault), ()))
 
 
-def _turned(part: Any, fields: Sequence[str]) -> Any:
+def _turned(part: Part, fields: Sequence[str]) -> Part:
     return part.model_copy(update={name: 0.0 - getattr(part, name) for name in fields})
 
 
-def _across(part: Any, columns: int) -> Any:
+def _across(part: Pixels, columns: int) -> Pixels:
     """Move a rectangle to the other side of an image; what is beyond its edge is cut off."""
     end = min(part.column + part.columns, columns)
     return part.model_copy(update={"column": columns - end, "columns": end - part.column})

@@ -2,6 +2,7 @@
 
 import json
 import struct
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -243,41 +244,39 @@ def decoded(browser: Browser, raw: Packed) -> Any:
     return json.loads(str(browser.run(script)))
 
 
+def lateral(replay: Any) -> Iterator[tuple[str, str]]:
+    """Give what of a replay is positive to the left, but for tracks and grid: path and name."""
+    yield from (("ego", name) for name in ("y", "heading", "steering"))
+    lists = {"actors": ("y", "heading"), "boxes": ("y", "heading"), "boundaries": ("y",)}
+    lists |= {"sensors": ("y", "yaw", "dy"), "channels": ("steering",)}
+    for part, names in lists.items():
+        yield from ((f"{part}.{at}", name) for at in range(len(replay[part])) for name in names)
+    for part, inner in (("sensors", "points"), ("channels", "fan")):
+        for at, item in enumerate(replay[part]):
+            yield from [(f"{part}.{at}.{inner}", "y")] if item[inner] else []
+    yield from [("shoulder", "y")] if replay["shoulder"] else []
+
+
 def test_left_hand_traffic_is_drawn_as_it_is_in_the_world(browser: Browser, report: Report) -> None:
     raw = pack_replay(report.replays[0])
     mirror, world = (decoded(browser, {**raw, "left_hand": left}) for left in (False, True))
-    for part, turned in (
-        ("ego", ["y", "heading", "steering"]),
-        *((f"actors.{at}", ["y", "heading"]) for at in range(len(mirror["actors"]))),
-        *((f"boxes.{at}", ["y", "heading"]) for at in range(len(mirror["boxes"]))),
-        *((f"boundaries.{at}", ["y"]) for at in range(len(mirror["boundaries"]))),
-        *((f"sensors.{at}", ["y", "yaw", "dy"]) for at in range(len(mirror["sensors"]))),
-        *((f"channels.{at}", ["steering"]) for at in range(len(mirror["channels"]))),
-    ):
-        before, after = (part_of(replay, part) for replay in (mirror, world))
-        for name in turned:
-            np.testing.assert_array_equal(-np.array(before.pop(name)), np.array(after.pop(name)))
+    for path, name in list(lateral(mirror)):
+        before, after = (part_of(replay, path).pop(name) for replay in (mirror, world))
+        np.testing.assert_array_equal(-np.array(before), np.array(after), f"{path}.{name}")
     for before, after in zip(mirror["channels"], world["channels"], strict=True):
         if before["tracks"]:
-            signs = np.array([[1], [-1], [1], [-1], [1], [1]])
             tracks = [np.array(item["tracks"].pop("columns")) for item in (before, after)]
-            np.testing.assert_array_equal(signs * tracks[0], tracks[1])
-        if before["fan"]:
-            y = [np.array(item["fan"].pop("y")) for item in (before, after)]
-            np.testing.assert_array_equal(-y[0], y[1])
-    shape = -1, raw["grid"]["rows"], raw["grid"]["columns"]
+            np.testing.assert_array_equal(np.array([[1, -1, 1, -1, 1, 1]]).T * tracks[0], tracks[1])
+    grid = raw["grid"]
     for name in ("number", "occupied"):
-        cells = [np.array(replay["grid"].pop(name)).reshape(shape) for replay in (mirror, world)]
+        cells = [
+            np.array(replay["grid"].pop(name)).reshape(-1, grid["rows"], grid["columns"])
+            for replay in (mirror, world)
+        ]
         np.testing.assert_array_equal(cells[0][:, ::-1], cells[1])
     edges = [replay["grid"].pop("y_m") for replay in (mirror, world)]
-    assert edges[1] == pytest.approx(-edges[0] - raw["grid"]["rows"] * raw["grid"]["cell_m"])
+    assert edges[1] == pytest.approx(-edges[0] - grid["rows"] * grid["cell_m"])
     np.testing.assert_allclose(-np.array(mirror.pop("camera")), world.pop("camera"), atol=1e-12)
-    for replay in (mirror, world):
-        for part in (
-            replay["shoulder"] or {},
-            *(item["points"] or {} for item in replay["sensors"]),
-        ):
-            part.pop("y", None)
     # All else stays.
     assert {**world, "left_hand": False} == mirror
 
