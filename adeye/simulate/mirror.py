@@ -14,7 +14,7 @@ from adeye.spec import fault as commands
 from adeye.spec import fault_base as actuators
 from adeye.spec import sensor_faults as sensed
 from adeye.spec.quantity import Record
-from adeye.spec.sensors import Patch, PhysicalCamera, Sensor
+from adeye.spec.sensors import PhysicalCamera, Sensor
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from adeye.sweep.case import TestCase
 
 Part = TypeVar("Part", bound=Record)
-Pixels = TypeVar("Pixels", bound=sensed.DeadPixels | sensed.PixelNoise | Patch)
 
 TURNED: Final[dict[type[Any], tuple[str, ...]]] = {
     commands.Bias: ("steering_angle",),
@@ -85,7 +84,9 @@ def _fault(fault: commands.Fault, architecture: Architecture) -> commands.Fault:
     if isinstance(fault, sensed.Miss | sensed.BlindSector):
         return fault.model_copy(update={"right": 0.0 - fault.left, "left": 0.0 - fault.right})
     if isinstance(fault, sensed.DeadPixels | sensed.PixelNoise):
-        return _across(fault, getattr(architecture.sensors[fault.target_id], "columns", 0))
+        camera = architecture.sensors[fault.target_id]
+        pixels: commands.Fault = _across(fault, getattr(camera, "columns", 0))
+        return pixels
     if isinstance(fault, sensed.SignalFault) and fault.signal not in LATERAL:
         return fault
     return _turned(fault, TURNED.get(type(fault), ()))
@@ -95,7 +96,7 @@ def _turned(part: Part, fields: Sequence[str]) -> Part:
     return part.model_copy(update={name: 0.0 - getattr(part, name) for name in fields})
 
 
-def _across(part: Pixels, columns: int) -> Pixels:
+def _across(part: Any, columns: int) -> Any:
     """Move a rectangle to the other side of an image; what is beyond its edge is cut off."""
     end = min(part.column + part.columns, columns)
     return part.model_copy(update={"column": columns - end, "columns": end - part.column})
