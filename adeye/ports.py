@@ -273,6 +273,8 @@ class ScalarRoad:
         slabs: Of an imported road, (S, 4), see ``kernel.strips``; else None. What is said above of
             lanes, shoulder and limit is then a summary: most lanes, mean width, least limit.
         strips: (J, 8).
+        left_hand: Whether traffic keeps to the left. All that a channel is told and answers is then
+            of the mirror image, in which it keeps to the right.
     """
 
     segments: Floats
@@ -284,6 +286,7 @@ class ScalarRoad:
     refuges: Floats
     slabs: Floats | None = None
     strips: Floats | None = None
+    left_hand: bool = False
 
 
 @dataclass(frozen=True, slots=True)

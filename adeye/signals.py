@@ -158,6 +158,8 @@ class RoadMap:
         strips: (B, J, 8).
         grades: (B, G, 2): from where on the road [m] it rises how much for each metre; (B, 0, 2) of
             roads that are flat.
+        left_hand: Whether traffic keeps to the left, the same for the batch. All else, and whatever
+            takes place on the road, is told of the mirror image.
     """
 
     segments: Floats
@@ -171,6 +173,7 @@ class RoadMap:
     slabs: Floats = field(default_factory=lambda: np.zeros((0, 0, SLAB_WIDTH)))
     strips: Floats = field(default_factory=lambda: np.zeros((0, 0, STRIP_WIDTH)))
     grades: Floats = field(default_factory=lambda: np.zeros((0, 0, 2)))
+    left_hand: bool = False
 
     def __post_init__(self) -> None:
         """Give roads that have none slabs, strips and grades of no number."""
@@ -187,8 +190,8 @@ class RoadMap:
     def of(self, runs: Any) -> RoadMap:
         """Keep the roads of some runs, chosen by a slice or by their numbers."""
         columns = {item.name: getattr(self, item.name) for item in fields(self)}
-        lanes = columns.pop("lanes")
-        return RoadMap(**{name: column[runs] for name, column in columns.items()}, lanes=lanes)
+        same = {name: columns.pop(name) for name in ("lanes", "left_hand")}
+        return RoadMap(**{name: column[runs] for name, column in columns.items()}, **same)
 
     def told(self, run: int) -> dict[str, Any]:
         """Return the road of a run as guests are told it, without what fills arrays up."""
@@ -206,7 +209,8 @@ class RoadMap:
         if len(slabs):
             count = int(slabs[:, SLAB_STRIPS].sum())
             told |= {"slabs": slabs, "strips": self.strips[run, :count].copy()}
-        return told
+        # Who does not care is told what it was told before.
+        return told | ({"left_hand": True} if self.left_hand else {})
 
     def grounds(self) -> Grounds:
         """Return the roads as compiled stages ask them, in contiguous arrays that nobody shares."""

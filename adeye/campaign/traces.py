@@ -27,6 +27,7 @@ from adeye.judge.metrics import METRICS
 from adeye.judge.trace_signals import TraceSignals
 from adeye.outputs import BESIDE_DATABASE
 from adeye.simulate.engine import layout_of
+from adeye.simulate.mirror import as_driven
 from adeye.simulate.traffic import make_traffic
 from adeye.store.evidence import roots
 from adeye.store.evidence.roots import SUFFIX
@@ -235,6 +236,7 @@ def trace_of(kept: Kept, places: Ints, cases: Sequence[TestCase], plan: Campaign
         return kept.arrays[name] if is_whole else kept.arrays[name][places]
 
     # The axes that their trace had; nothing is executed.
+    cases = as_driven(cases)
     context, _ = make_traffic(plan.engine.backend, plan.work.variant).reset(cases)
     monitors, faults = (tuple(kept.meta[name]) for name in ("monitors", "faults"))
     return Trace(

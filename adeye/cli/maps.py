@@ -271,11 +271,14 @@ def export_map(
 def _map_of(file: Path) -> tuple[OpenDrive, list[Loss]]:
     """Return a map, or the road of a scenario as one with what it cannot say."""
     if file.suffix.lower() not in _SCENARIOS:
+        from adeye.maps.opendrive_writer import map_losses
         from adeye.spec.places import read_map
 
-        return read_map(file)[0], []
+        drive = read_map(file)[0]
+        return drive, list(map_losses(drive))
     import numpy as np
 
+    from adeye.maps.mirror import mirrored
     from adeye.maps.opendrive_writer import losses_of, parametric_map
     from adeye.simulate.world.formulas import Formulas
     from adeye.simulate.world.roads import build_roads
@@ -284,12 +287,14 @@ def _map_of(file: Path) -> tuple[OpenDrive, list[Loss]]:
 
     scenario = load_scenario(file).spec
     written = scenario.world.road
+    if scenario.world.map is not None:
+        raise UsageError(f"{file}: its roads are those of a map", remedy="Export the map itself.")
     columns = {name: np.array([value]) for name, value in default_values(scenario).items()}
     road = build_roads(Formulas(1, ((scenario, np.array([0]), columns),)))
     drive = parametric_map(
         road, markings=written.markings, road_type=written.road_type, path=file.name
     )
-    return drive, list(losses_of(road, written.markings))
+    return (mirrored(drive) if road.left_hand else drive), list(losses_of(road, written.markings))
 
 
 add(map_app, show_map, name="show")

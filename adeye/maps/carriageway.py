@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from adeye.kernel import strips as across
 from adeye.maps import arcs, lanes, network
 from adeye.maps.lanes import LaidRoad, Strip
+from adeye.maps.mirror import mirrored
 from adeye.maps.opendrive import OpenDrive
 
 Floats = NDArray[np.float64]
@@ -69,6 +70,7 @@ class Piece:
         places: Of samples on the road [m], in the order of travel.
         along: Of the same on the line [m].
         ends: Points of the line where it begins and ends, (2, 3): x, y, heading.
+        folds: Where on the line [m] what carries a vehicle reaches beyond the centre of the bend.
     """
 
     heading: float
@@ -79,6 +81,7 @@ class Piece:
     places: Floats
     along: Floats
     ends: Floats
+    folds: Floats
 
     @property
     def length(self) -> float:
@@ -115,14 +118,24 @@ class Lanes:
 
     @cached_property
     def own(self) -> dict[Section, tuple[int, ...]]:
-        """Rows of the lanes to drive in, of each cross-section from right to left."""
+        """Rows of the lanes to drive in, of each cross-section from right to left.
+
+        Those of roads where traffic keeps to the right: the others are so in ``mirrors``.
+        """
         found: dict[Section, list[int]] = {}
         for row, (road, number, _) in enumerate(self.rows.keys):
             way = int(self.graph.way[row])
-            if way != 0 and self.graph.kind[row] == network.DRIVE:
+            is_right_hand = not self.drive.roads[road].left_hand
+            if way != 0 and self.graph.kind[row] == network.DRIVE and is_right_hand:
                 found.setdefault(Section(road, number, way), []).append(row)
         # Rows ascend with the ids of lanes: from right to left along s.
         return {key: tuple(found[key][:: key.way]) for key in sorted(found)}
+
+    @cached_property
+    def mirrors(self) -> tuple[Lanes, ...]:
+        """Lanes of the mirror image; none if traffic keeps to the right everywhere."""
+        is_needed = any(road.left_hand for road in self.drive.roads.values())
+        return (Lanes.of(mirrored(self.drive)),) if is_needed else ()
 
     def laid(self, road: str) -> LaidRoad:
         """Return a road with its lines."""
@@ -178,6 +191,13 @@ class Lanes:
         turned = line.heading if way > 0 else line.heading + np.pi
         points = np.column_stack([line.x, line.y, turned])[[0, -1]]
         slabs = list(self._slabs(section, ordered, edge, places, along))
+        bend = lanes.along(laid, lanes.REFERENCE, places).curvature
+        sides = [
+            lanes.value_at(border, places)[0]
+            for strip in ordered
+            if self._kind(section, strip) <= across.CYCLING
+            for border in (strip.inner, strip.outer)
+        ]
         return Piece(
             float(rows[0, arcs.ARC_HEADING]),
             tuple((float(row[arcs.LENGTH]), float(row[arcs.BEND])) for row in rows),
@@ -187,7 +207,12 @@ class Lanes:
             places,
             along,
             points,
+            along[(bend * np.array(sides) >= 1.0).any(axis=0)],
         )
+
+    def _kind(self, section: Section, strip: Strip) -> int:
+        row = self.rows.find(section.road, section.number, strip.lane.id) or 0
+        return _KINDS.get(network.KINDS[self.graph.kind[row]], across.OTHER)
 
     def _slabs(
         self,
@@ -217,7 +242,7 @@ class Lanes:
             found, number = [], 0
             far = along[high] - along[low]
             for item, row in enumerate(rows):
-                kind = _KINDS.get(network.KINDS[self.graph.kind[row]], across.OTHER)
+                kind = self._kind(section, ordered[item])
                 if max(width[item, low:high]) <= 0.0:
                     continue
                 lane = number if is_lane[item, low] else -1

@@ -6,13 +6,13 @@ Source:
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from itertools import pairwise
+from itertools import pairwise, zip_longest
 from math import inf, nan
 from operator import itemgetter
 from pathlib import Path
-from typing import Final, Protocol, TypeVar
+from typing import Any, Final, Protocol, TypeVar
 
 import numpy as np
 
@@ -80,6 +80,8 @@ _KINDS: Final[dict[GeometryKind, tuple[str, ...]]] = {
     "poly3": _CUBIC,
     "paramPoly3": ("aU", "bU", "cU", "dU", "aV", "bV", "cV", "dV"),
 }
+_SIDES: Final = (("left", 1), ("center", 0), ("right", -1))
+"""With the sign of the ids of their lanes."""
 _UNITS: Final = {"m/s": (1.0, 1.0), "km/h": (1.0, 3.6), "mph": (1609.344, 3600.0)}
 _NO_CUBICS: Final = no_cubics()
 _OTHERS: Final = {
@@ -408,24 +410,33 @@ class _Reader:
             raise lanes.error("it has no <laneSection>")
         self._check_joint(inside[0][1], inside[0][0], 0.0, "the road begins")
         starts = [0.0, *(s for s, _ in inside[1:]), length]
+        # By side, where sections begin that say something of it.
+        begins: dict[str, list[float]] = {side: [] for side, _ in _SIDES}
+        for start, (_, part) in zip(starts, inside, strict=False):
+            is_single = part.choice("singleSide", ("true", "false"), "false") == "true"
+            for side in begins if start == 0.0 or not is_single else begins & part.children.keys():
+                begins[side].append(start)
         sections: list[Section] = []
         for number, (_, part) in enumerate(inside):
             start, end = starts[number : number + 2]
             if end - start < LEAST:
                 raise part.error(f"two sections begin at {end:g} m", "Leave one out.")
-            section = self._read_section(part, start, end)
-            if part.choice("singleSide", ("true", "false"), "false") == "true" and sections:
-                _require_whole(part, sections[-1], section)
+            ends = {
+                side: min((s for s in found if s > start), default=length)
+                for side, found in begins.items()
+            }
+            section = self._read_section(part, start, ends)
+            for side, sign in _SIDES:
+                if start not in begins[side]:
+                    sections[-1], section = _carried_on(sections[-1], section, sign)
             sections.append(section)
         return tuple(sections)
 
-    def _read_section(self, part: Element, start: float, end: float) -> Section:
+    def _read_section(self, part: Element, start: float, ends: Mapping[str, float]) -> Section:
         lanes: list[Lane] = []
-        for side, sign in (("left", 1), ("center", 0), ("right", -1)):
-            group = part.take_one(side)
-            found = (
-                [self._read_lane(item, end - start) for item in group.take("lane")] if group else []
-            )
+        for side, sign in _SIDES:
+            group, length = part.take_one(side), ends[side] - start
+            found = [self._read_lane(item, length) for item in group.take("lane")] if group else []
             found.sort(key=lambda lane: -lane.id)
             wanted = [sign * (k + 1) for k in range(len(found))] if sign else [0]
             wanted.sort(reverse=True)
@@ -589,15 +600,56 @@ def _centre(line: int) -> Lane:
     return Lane(0, "none", "standard", _NO_CUBICS, _NO_CUBICS, (), (), (), (), line)
 
 
-def _require_whole(part: Element, before: Section, section: Section) -> None:
-    """Refuse a section of one side where the other has lanes: they would end here."""
-    for sign in (1, -1):
-        sides = [any(lane.id * sign > 0 for lane in item.lanes) for item in (before, section)]
-        if sides == [True, False]:
-            raise part.error(
-                "singleSide is true: sections of one side are not read",
-                "Write the lanes of both sides in it.",
-            )
+def _carried_on(before: Section, section: Section, sign: int) -> tuple[Section, Section]:
+    """Cut the lanes of one side in two where a section begins that says nothing of it.
+
+    Args:
+        before: The section that has them.
+        section: The one that they go on in.
+        sign: Of their ids; 0 for the centre, which has a lane in every section.
+
+    Returns:
+        Both, with all lanes that they have.
+    """
+    shift, lanes = section.s - before.s, [lane for lane in before.lanes if lane.id * sign > 0]
+    first = [_up_to(lane, shift) if lane in lanes else lane for lane in before.lanes]
+    every = [*section.lanes, *(_from(lane, shift) for lane in lanes)]
+    every.sort(key=lambda lane: -lane.id)
+    return replace(before, lanes=tuple(first)), replace(section, lanes=tuple(every))
+
+
+def _up_to(lane: Lane, end: float) -> Lane:
+    widths, borders = (rows[rows[:, 0] < end] for rows in (lane.widths, lane.borders))
+    return replace(lane, widths=widths, borders=borders, successors=(lane.id,))
+
+
+def _from(lane: Lane, begin: float) -> Lane:
+    return replace(
+        lane,
+        widths=_rest(lane.widths, begin),
+        borders=_rest(lane.borders, begin),
+        predecessors=(lane.id,),
+        speeds=_items(lane.speeds, begin),
+        marks=_items(lane.marks, begin),
+    )
+
+
+def _rest(rows: Floats, begin: float) -> Any:
+    """Return cubics (N, 5) as they are seen from a place."""
+    at = int(np.searchsorted(rows[:, 0], begin, side="right"))
+    for s, a, b, c, d in rows[max(0, at - 1) : at]:
+        t = begin - s
+        here = (begin, a + t * (b + t * (c + t * d)), b + t * (2.0 * c + 3.0 * t * d))
+        rows = np.vstack([(*here, c + 3.0 * t * d, d), rows[at:]])
+    return rows - np.array([begin, 0.0, 0.0, 0.0, 0.0])
+
+
+def _items(items: tuple[Any, ...], begin: float) -> tuple[Any, ...]:
+    return tuple(
+        replace(item, s=max(0.0, item.s - begin))
+        for item, behind in zip_longest(items, items[1:])
+        if behind is None or behind.s > begin
+    )
 
 
 def _check_extent(part: Element, piece: Geometry) -> None:

@@ -225,6 +225,14 @@ def _add_junction(root: Element, junction: Junction) -> None:
         _add(element, "priority", high=high, low=low)
 
 
+def map_losses(network: OpenDrive) -> Iterator[Loss]:
+    """Yield what a file that is written lacks although it is needed: the records do not hold it."""
+    for junction in network.junctions.values():
+        if junction.type in {"virtual", "crossing"}:
+            message = f"junction {junction.id!r}: where it is on its roads is not written"
+            yield Loss("ignored", junction.line, f"junction type {junction.type}", message)
+
+
 # --- The parametric road of a scenario as records of a map ----------------------------------------
 
 _ROAD_TYPES: Final = {"motorway": "motorway", "rural": "rural", "urban": "town"}
@@ -288,6 +296,10 @@ def losses_of(road: RoadMap, markings: str) -> Iterator[Loss]:
     if road.verge[0] > 0.0:
         message = "free ground that carries a vehicle is written as a lane of type none"
         yield Loss("approximated", 0, "world.road.verge", message)
+    if road.slabs.shape[1]:
+        yield Loss(
+            "ignored", 0, "world.road", "lanes of the other way, and their ends, are left out"
+        )
 
 
 def _lane(number: int, kind: str, widths: Floats, marks: tuple[RoadMark, ...]) -> Lane:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, Literal, NamedTuple
 
 import numpy as np
@@ -39,14 +39,8 @@ MOST: Final = 1_000
 _TYPES: Final = {
     "motorway": "motorway",
     "rural": "rural",
-    "town": "urban",
-    "townExpressway": "urban",
-    "townCollector": "urban",
-    "townArterial": "urban",
-    "townPrivate": "urban",
-    "townLocal": "urban",
-    "townPlayStreet": "urban",
-    "lowSpeed": "urban",
+    **dict.fromkeys(("town", "townExpressway", "townCollector", "townArterial"), "urban"),
+    **dict.fromkeys(("townPrivate", "townLocal", "townPlayStreet", "lowSpeed"), "urban"),
 }
 _USUAL: Final = {"motorway": 130.0 / 3.6, "rural": 100.0 / 3.6, "urban": 50.0 / 3.6}
 """Speed limit where the map has none, by the type of the road [m/s]. A guess, after the usual ones
@@ -121,6 +115,7 @@ class Place:
         radius: Of the narrowest bend of the line [m], infinite on a straight.
         pieces: Cross-sections that the road leads over.
         window: From where to where on their line [m].
+        left_hand: Whether traffic keeps to the left, and all this is of the mirror image.
     """
 
     key: str
@@ -133,6 +128,7 @@ class Place:
     radius: float
     pieces: tuple[Piece, ...]
     window: tuple[float, float]
+    left_hand: bool = False
 
     @property
     def length(self) -> float:
@@ -166,12 +162,13 @@ def places_of(found: Lanes, name: str, asked: Asked) -> Places:
     """
     places: list[Place] = []
     refused: Counter[str] = Counter()
-    spots = sorted(set(_spots(found, asked.anchor)), key=_order)
-    for spot in spots:
+    both = (found, *found.mirrors)
+    spots = [(spot, lanes) for lanes in both for spot in set(_spots(lanes, asked.anchor))]
+    for spot, lanes in sorted(spots, key=lambda item: _order(item[0])):
         key = f"{name}:{spot.section.road}{'+' if spot.section.way > 0 else '-'}{spot.at:.0f}"
-        place = _place(found, spot, asked, key)
+        place = _place(lanes, spot, asked, key)
         if isinstance(place, Place):
-            places.append(place)
+            places.append(replace(place, left_hand=lanes is not found))
         else:
             refused[place] += 1
     return Places(tuple(places), refused)
@@ -223,7 +220,6 @@ def _place(found: Lanes, spot: Spot, asked: Asked, key: str) -> Place | str:
     """Return a place with its road, or why it has none."""
     section = spot.section
     lacks = _lacks(
-        (not found.drive.roads[section.road].left_hand, "in left-hand traffic"),
         (asked.lanes in {None, len(found.own[section])}, "with another number of lanes"),
         (
             asked.two_way in {None, _is_two_way(found, section)},
@@ -262,6 +258,8 @@ def _chain(found: Lanes, spot: Spot, asked: Asked) -> list[tuple[Section, int]] 
                 return "too near to the end of the way"
             if found.drive.roads[following.road].junction:
                 return "too near to a junction"
+            if following not in found.own:
+                return "where no lane goes on, or traffic changes sides"
             parts[sense].append(following)
             room += _span(found, following)
     sections = (*reversed(parts[-1][1:]), *parts[1])
@@ -326,6 +324,10 @@ def _laid(key: str, kind: str, asked: Asked, pieces: Sequence[Piece], here: floa
     if any((strips[:, across.STRIP_LANE] < 0.0).all() for item in pieces for strips in item.strips):
         return "where no lane is wide enough"
     window = here - asked.before, here + asked.after
+    begins = np.cumsum([0.0, *(piece.length for piece in pieces[:-1])])
+    folds = np.concatenate([s + piece.folds for s, piece in zip(begins, pieces, strict=True)])
+    if ((folds >= window[0]) & (folds <= window[1])).any():
+        return "where lanes reach beyond the centre of a bend"
     road = _put_together(pieces, window, "")
     bend = max(abs(curvature) for _, curvature in road.line)
     radius = 1.0 / bend if bend > 1e-9 else math.inf

@@ -17,6 +17,7 @@ import numpy as np
 from adeye.ports import SwitchContext
 from adeye.simulate.channels.rack import ChannelRack
 from adeye.simulate.faults import FaultPlan
+from adeye.simulate.mirror import as_driven
 from adeye.simulate.recorder import Memory, Recorder
 from adeye.simulate.sensors.rig import Rig, mounts
 from adeye.simulate.switch import make_switch
@@ -92,6 +93,7 @@ def run(  # noqa: PLR0913 - all but the cases has a default
     Returns:
         The trace; its rows are in the order of the cases.
     """
+    cases = as_driven(cases)
     first = cases[0]
     base_dir = (base_dirs or {}).get(first.architecture.architecture, Path())
     traffic = make_traffic(backend, variant)

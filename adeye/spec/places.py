@@ -170,6 +170,8 @@ def _road(place: Place) -> dict[str, Any]:
         "speed_limit": f"{place.speed_limit!r} m/s",
         "road_type": place.road_type,
     }
+    if place.left_hand:
+        road["traffic"] = "left"
     if place.radius < float("inf"):
         road["radius"] = f"{place.radius!r} m"
     return road

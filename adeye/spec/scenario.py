@@ -97,13 +97,14 @@ class LaneEnd(q.Record):
 
 
 class Road(q.GrownRecord):
-    """A road with parallel lanes, numbered from 0 at the right."""
+    """A road with parallel lanes, numbered from 0 at the right, where traffic keeps to."""
 
     later: ClassVar[tuple[str, ...]] = (
         "verge",
         "bays",
         "opposite_lanes",
         "lane_ends",
+        "traffic",
         "place",
         "heading",
         "line",
@@ -130,10 +131,15 @@ class Road(q.GrownRecord):
     opposite_lanes: Annotated[int, Field(ge=0, le=4)] = 0
     """Lanes of the other way, to the left of the others."""
     lane_ends: q.ById[LaneEnd] = {}
+    traffic: Literal["right", "left"] = "right"
+    """The side that it keeps to. On the left, the scenario takes place in the mirror: what it says
+    is to the right is to the left, and the other way round. Vehicle, faults and sun are none of
+    it."""
     place: str = ""
     """Of an imported road: its key in the map."""
     heading: float = 0.0
-    """Of an imported road: that of its start in the map [rad]."""
+    """Of an imported road: that of its start in the map [rad], with the other sign in left-hand
+    traffic, as line and slabs are those of the mirror image."""
     line: q.Many[q.Pair] = ()
     """Of an imported road: length [m] and curvature [1/m] of each piece of its reference line."""
     slabs: q.Many[q.Slab] = ()

@@ -232,6 +232,7 @@ def _of_scenario(scenario: LogicalScenario) -> Any:
     if scenario.world.road.kind == "imported":
         # Places of a map are values: their roads differ in numbers only.
         content["world"] = scenario.world.model_dump(mode="json", exclude={"map", "place", "road"})
+        content["traffic"] = scenario.world.road.traffic
     return {**content, "environment": environment}
 
 

@@ -327,6 +327,7 @@ def context_of(hello: dict[str, Any], parameters: Any) -> ChannelContext:
             _array(road.get("verge", 0.0)),
             _refuges(road.get("refuges", [])),
             _array(sum(segment[3] for segment in road["segments"])),
+            left_hand=road.get("left_hand", False),
         ),
         desired_speed=_array(hello["desired_speed"]),
         step=hello["step"],

@@ -146,13 +146,6 @@ def flaws() -> Iterator[tuple[str, bytes, str]]:
     yield "long text", SMALL.replace(b"[CDATA[", b"[CDATA[" + b"a" * 200_000), "100,000 characters"
     many = b" ".join(b'a%d=""' % k for k in range(200))
     yield "many attributes", b"<OpenDRIVE " + many + b"/>", "more than 100 attributes"
-    section = SMALL.index(b'<laneSection s="50"')
-    end = SMALL.index(b"</left>", section) + len(b"</left>")
-    yield (
-        "section of one side",
-        SMALL[:section] + b'<laneSection s="50" singleSide="true">' + SMALL[end:],
-        "sections of one side are not read",
-    )
     itself = ROAD_10.replace(
         b'elementId="1" contactPoint="end"', b'elementId="10" contactPoint="start"'
     )

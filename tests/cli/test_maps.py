@@ -12,6 +12,7 @@ from adeye.maps.opendrive_writer import write_opendrive
 from adeye.spec.load import catalogue_files
 from tests.cli.conftest import Verb
 from tests.drawn_roads import WIDE, crossing, lane, network, piece, road, section
+from tests.stored import write_yaml
 
 MALFORMED = Path(__file__).parents[1] / "malformed"
 SMALL = str(MALFORMED / "small.xodr")
@@ -115,6 +116,29 @@ def test_export_of_a_scenario_is_its_road(adeye: Verb, folder: Path) -> None:
     assert adeye("map", "export", str(scenario), "--xodr", "out.xodr").code == 0
     (only,) = read_opendrive(folder / "out.xodr")[0].roads.values()
     assert [lane.type for lane in only.sections[0].lanes].count("parking") == 1
+
+
+def test_export_of_a_scenario_in_left_hand_traffic_is_where_it_is(
+    adeye: Verb, folder: Path
+) -> None:
+    content = {
+        "extends": "free_driving_curve",
+        "scenario": "left",
+        "world": {"road": {"traffic": "left"}},
+    }
+    write_yaml(folder / "left.yaml", content)
+    assert adeye("map", "export", "left.yaml", "--xodr", "out.xodr").code == 0
+    (only,) = read_opendrive(folder / "out.xodr")[0].roads.values()
+    assert only.left_hand
+    assert min(lane.id for lane in only.sections[0].lanes) == 0
+    assert only.geometries[-1].y < 0.0
+
+
+def test_export_of_a_scenario_on_a_map_is_refused(adeye: Verb) -> None:
+    scenario = catalogue_files(None)["rural_bends"]
+    outcome = adeye("map", "export", str(scenario), "--xodr", "out.xodr")
+    assert outcome.code == 2
+    assert "its roads are those of a map" in outcome.err
 
 
 @pytest.mark.parametrize("options", [(), ("--lanes", "a.csv", "--step", "0")])

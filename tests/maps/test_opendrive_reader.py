@@ -5,9 +5,11 @@ import re
 from collections import Counter
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from adeye.errors import InputErrors, SpecError
+from adeye.maps import lanes
 from adeye.maps.losses import Loss
 from adeye.maps.opendrive import OpenDrive
 from adeye.spec.places import read_map
@@ -173,6 +175,55 @@ def test_widths_begin_with_their_section_and_borders_give_way(tmp_path: Path) ->
     assert lane.widths[:, :2].tolist() == [[0.0, 3.5], [0.2, 3.5]]
     assert lane.borders.shape == (0, 5)
     assert {loss.kind for loss in losses} == {"repaired", "ignored"}
+
+
+ONE_SIDED = """
+<lanes>
+  <laneSection s="0">
+    <left><lane id="1" type="driving">
+      <link><successor id="2"/></link>
+      <width sOffset="0" a="3" b="0.01" c="0" d="0"/>
+      <width sOffset="60" a="3.6" b="0" c="0.0002" d="-0.000002"/>
+      <roadMark sOffset="0" type="solid"/><roadMark sOffset="70" type="broken"/>
+      <speed sOffset="0" max="20"/><speed sOffset="30" max="10"/>
+    </lane></left>
+    <center><lane id="0" type="none"/></center>
+    <right><lane id="-1" type="driving"><link><successor id="-2"/></link>
+      <width sOffset="0" a="3.5" b="0" c="0" d="0"/></lane></right>
+  </laneSection>
+  <laneSection s="50" singleSide="true">
+    <center><lane id="0" type="none"/></center>
+    <right><lane id="-1" type="driving"><width sOffset="0" a="3.5" b="0" c="0" d="0"/></lane>
+      <lane id="-2" type="driving"><link><predecessor id="-1"/></link>
+        <width sOffset="0" a="3.5" b="0" c="0" d="0"/></lane></right>
+  </laneSection>
+  <laneSection s="80" singleSide="true">
+    <left><lane id="2" type="driving"><link><predecessor id="1"/></link>
+      <width sOffset="0" a="3.5" b="0" c="0" d="0"/></lane>
+      <lane id="1" type="driving"><width sOffset="0" a="3.5" b="0" c="0" d="0"/></lane></left>
+    <center><lane id="0" type="none"/></center>
+  </laneSection>
+</lanes>
+"""
+
+
+def test_lanes_go_on_through_sections_of_the_other_side(tmp_path: Path) -> None:
+    start, end = SMALL.index("<lanes>"), SMALL.index("</lanes>") + len("</lanes>")
+    drive, losses = read(tmp_path, text=SMALL[:start] + ONE_SIDED + SMALL[end:])
+    assert not [loss for loss in losses if "junction" not in loss.element]
+    road = drive.roads["1"]
+    sections = [{lane.id: lane for lane in section.lanes} for section in road.sections]
+    assert [sorted(lanes) for lanes in sections] == [[-1, 0, 1], [-2, -1, 0, 1], [-2, -1, 0, 1, 2]]
+    left = [lanes[1] for lanes in sections[:2]]
+    assert [lane.predecessors + lane.successors for lane in left] == [(1,), (1, 2)]
+    assert sections[2][-2].predecessors == (-2,)
+    assert sections[1][-2].successors == (-2,)
+    assert [(mark.s, mark.kind) for mark in left[1].marks] == [(0.0, "solid"), (20.0, "broken")]
+    assert [(speed.s, speed.limit) for speed in left[1].speeds] == [(0.0, 10.0)]
+    strips = [next(s for s in item if s.lane.id == 1) for item in lanes.laid(road).strips]
+    for place, width in ((40.0, 3.4), (55.0, 3.55), (75.0, 3.6 + 0.0002 * 225 - 2e-6 * 3375)):
+        found = lanes.width_at(strips[0 if place < 50.0 else 1], np.array([place]))
+        assert found == pytest.approx(width)
 
 
 def test_border_on_the_other_side_is_a_distance(tmp_path: Path) -> None:

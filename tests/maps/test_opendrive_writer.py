@@ -20,7 +20,7 @@ from adeye.maps.opendrive import (
     Signal,
 )
 from adeye.maps.opendrive_reader import read_opendrive
-from adeye.maps.opendrive_writer import losses_of, parametric_map, write_opendrive
+from adeye.maps.opendrive_writer import losses_of, map_losses, parametric_map, write_opendrive
 from adeye.signals import RoadMap
 from adeye.simulate.world.roads import join_segments
 from tests.drawn_roads import WIDE, crossing, cubics, lane, network, piece, road, section
@@ -181,6 +181,15 @@ def test_what_opendrive_cannot_say_is_a_loss() -> None:
         "world.road.verge",
     ]
     assert not list(losses_of(parametric(*S_CURVE), "full"))
+    strips = replace(parametric(*S_CURVE), slabs=np.zeros((1, 1, 4)))
+    assert [loss.element for loss in losses_of(strips, "full")] == ["world.road"]
+
+
+@pytest.mark.parametrize(("kind", "count"), [("default", 0), ("virtual", 1), ("crossing", 1)])
+def test_where_a_junction_lies_at_its_road_is_a_loss(kind: str, count: int) -> None:
+    drive = crossing()
+    drive = replace(drive, junctions={"j": replace(drive.junctions["j"], type=kind)})
+    assert len(list(map_losses(drive))) == count
 
 
 @pytest.mark.slow

@@ -131,9 +131,14 @@ def test_a_road_that_nobody_reaches_changes_no_place() -> None:
     assert same == [(place.key, place.road) for place in alone]
 
 
-def test_places_in_left_hand_traffic_and_near_junctions_are_refused_with_the_reason() -> None:
-    left = straight(section(lane(0), lane(-1, WIDE)), left_hand=True)
-    assert set(found(network(left)).refused) == {"in left-hand traffic"}
+def test_a_way_that_changes_sides_is_refused_there() -> None:
+    lanes = section(lane(0), lane(-1, WIDE, successors=(1,)))
+    there = section(lane(1, WIDE), lane(0))
+    one = straight(lanes, id="1", length=100.0, successor=RoadLink("road", "2", "start", 1))
+    pose = (100.0, 0.0, 0.0)
+    other = road([piece("line", 400.0, pose=pose)], there, id="2", left_hand=True)
+    refused = found(network(one, other), before=0.0).refused
+    assert refused["where no lane goes on, or traffic changes sides"] == 2
 
 
 def test_lanes_too_narrow_to_drive_in_are_no_place() -> None:
@@ -145,6 +150,20 @@ def test_a_way_that_comes_near_itself_has_no_road() -> None:
     ring = road([piece("arc", 300.0, 1.0 / 40.0)], section(lane(0), lane(-1, WIDE)))
     refused = found(network(ring), before=50.0, after=230.0).refused
     assert "where the way comes near itself" in refused
+
+
+@pytest.mark.parametrize(("radius", "is_folded"), [(7.5, False), (6.5, True)])
+def test_lanes_beyond_the_centre_of_a_bend_are_no_place(radius: float, is_folded: Any) -> None:
+    turn = 10.0 / radius
+    end = 100.0 + radius * math.sin(turn), radius * (1.0 - math.cos(turn))
+    bent = [
+        piece("line", 100.0),
+        piece("arc", 10.0, 1.0 / radius, pose=(100.0, 0.0, 0.0), s=100.0),
+        piece("line", 300.0, pose=(*end, turn), s=110.0),
+    ]
+    lanes = section(lane(2, WIDE), lane(1, WIDE), lane(0), lane(-1, WIDE))
+    refused = found(network(road(bent, lanes)), before=60.0, after=60.0).refused
+    assert ("where lanes reach beyond the centre of a bend" in refused) == is_folded
 
 
 def test_a_road_begins_and_ends_as_far_along_the_edge_as_was_asked() -> None:

@@ -2,12 +2,17 @@
 
 import json
 import struct
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
+from adeye.report import page as pages
 from adeye.report.model.report import Report
 from adeye.report.page.html import write_html
+from adeye.report.page.replay import Packed, pack_replay
 from tests.report.browser import Browser
 from tests.report.fake import build_report
 from tests.stored import known
@@ -227,3 +232,56 @@ def test_filter_leaves_the_timing_of_one_architecture(browser: Browser, page: Pa
         "filters.dispatchEvent(new Event('change', {bubbles: true}))"
     )
     assert browser.run(shown) == "legacy_camera"
+
+
+def decoded(browser: Browser, raw: Packed) -> Any:
+    """Return a replay as the page's script reads it."""
+    source = (Path(pages.__file__).parents[1] / "web" / "decode.js").read_text("utf-8")
+    plain = "(key, value) => ArrayBuffer.isView(value) ? Array.from(value) : value"
+    script = (
+        f"(() => {{ {source}; return JSON.stringify(decodeReplay({json.dumps(raw)}), {plain}) }})()"
+    )
+    return json.loads(str(browser.run(script)))
+
+
+def lateral(replay: Any) -> Iterator[tuple[str, str]]:
+    """Give what of a replay is positive to the left, but for tracks and grid: path and name."""
+    yield from (("ego", name) for name in ("y", "heading", "steering"))
+    lists = {"actors": ("y", "heading"), "boxes": ("y", "heading"), "boundaries": ("y",)}
+    lists |= {"sensors": ("y", "yaw", "dy"), "channels": ("steering",)}
+    for part, names in lists.items():
+        yield from ((f"{part}.{at}", name) for at in range(len(replay[part])) for name in names)
+    for part, inner in (("sensors", "points"), ("channels", "fan")):
+        for at, item in enumerate(replay[part]):
+            yield from [(f"{part}.{at}.{inner}", "y")] if item[inner] else []
+    yield from [("shoulder", "y")] if replay["shoulder"] else []
+
+
+def test_left_hand_traffic_is_drawn_as_it_is_in_the_world(browser: Browser, report: Report) -> None:
+    raw = pack_replay(report.replays[0])
+    mirror, world = (decoded(browser, {**raw, "left_hand": left}) for left in (False, True))
+    for path, name in list(lateral(mirror)):
+        before, after = (part_of(replay, path).pop(name) for replay in (mirror, world))
+        np.testing.assert_array_equal(-np.array(before), np.array(after), f"{path}.{name}")
+    for before, after in zip(mirror["channels"], world["channels"], strict=True):
+        if before["tracks"]:
+            tracks = [np.array(item["tracks"].pop("columns")) for item in (before, after)]
+            np.testing.assert_array_equal(np.array([[1, -1, 1, -1, 1, 1]]).T * tracks[0], tracks[1])
+    grid = raw["grid"]
+    for name in ("number", "occupied"):
+        cells = [
+            np.array(replay["grid"].pop(name)).reshape(-1, grid["rows"], grid["columns"])
+            for replay in (mirror, world)
+        ]
+        np.testing.assert_array_equal(cells[0][:, ::-1], cells[1])
+    edges = [replay["grid"].pop("y_m") for replay in (mirror, world)]
+    assert edges[1] == pytest.approx(-edges[0] - grid["rows"] * grid["cell_m"])
+    np.testing.assert_allclose(-np.array(mirror.pop("camera")), world.pop("camera"), atol=1e-12)
+    # All else stays.
+    assert {**world, "left_hand": False} == mirror
+
+
+def part_of(replay: Any, path: str) -> Any:
+    for name in path.split("."):
+        replay = replay[int(name) if name.isdigit() else name]
+    return replay

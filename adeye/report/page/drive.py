@@ -257,6 +257,7 @@ def replay_of(trace: Trace, row: int, **said: Any) -> drawn.Replay:
         trace_digest=trace.digests()[row],
         step_s=layout.context.step,
         horizon_s=float(trace.time[trace.horizon_row[row]]),
+        left_hand=layout.context.road.left_hand,
         road=_road(trace, row, rows),
         ego=_ego(trace, row, rows),
         actors=_actors(trace, row, rows),

@@ -237,6 +237,9 @@ class Replay(Part):
     step_s: Positive
     horizon_s: float | None = None
     """Obligations begin before this time; what follows is the tail."""
+    left_hand: bool = False
+    """Whether traffic keeps to the left: all places, headings and angles are then those of the
+    mirror image, and the page draws them as they are."""
     road: RoadGeometry
     ego: EgoMotion
     actors: tuple[ActorMotion, ...] = ()
@@ -383,7 +386,7 @@ def pack_replay(replay: Replay) -> Packed:
             mode="json",
             include={
                 *("run", "scenario", "architecture", "fault", "parameters", "outcome", "why"),
-                *("command", "trace_digest", "step_s", "horizon_s", "events"),
+                *("command", "trace_digest", "step_s", "horizon_s", "events", "left_hand"),
             },
         ),
         "rows": replay.rows,

@@ -124,15 +124,45 @@ function smoothHeading(heading, step) {
   });
 }
 
+/* A run in left-hand traffic is told in the mirror: turn what is positive to the left round. */
+function turnRound({ ego, boundaries, shoulder, actors, boxes, sensors, channels, grid }) {
+  const turn = (values) => { if (values) values.forEach((value, at) => { values[at] = -value; }); };
+  const fans = channels.map((channel) => channel.fan || {});
+  const points = sensors.map((sensor) => sensor.points || {});
+  for (const part of [ego, shoulder || {}, ...boundaries, ...actors, ...channels, ...fans, ...points]) {
+    for (const name of ["y", "heading", "steering"]) turn(part[name]);
+  }
+  for (const box of boxes) Object.assign(box, { y: -box.y, heading: -box.heading });
+  for (const sensor of sensors) {
+    Object.assign(sensor, { y: -sensor.y, yaw: -sensor.yaw });
+    turn(sensor.dy);
+  }
+  // Of a track, y and the speed along it.
+  for (const { tracks } of channels) for (const at of [1, 3]) if (tracks) turn(tracks.columns[at]);
+  if (grid) {
+    grid.y_m = -grid.y_m - grid.rows * grid.cell_m;
+    const row = (cells, at) => cells.slice(at * grid.columns, (at + 1) * grid.columns);
+    for (const cells of [...grid.number, ...grid.occupied]) {
+      const rows = Array.from({ length: grid.rows }, (_, at) => row(cells, grid.rows - 1 - at));
+      rows.forEach((found, at) => cells.set(found, at * grid.columns));
+    }
+  }
+}
+
 function decodeReplay(raw) {
-  const ego = decodeMotion(raw.ego);
+  const replay = decodeParts(raw);
+  if (raw.left_hand) turnRound(replay);
+  return { ...replay, camera: smoothHeading(replay.ego.heading, raw.step_s) };
+}
+
+function decodeParts(raw) {
   return {
     ...raw,
-    ego,
-    camera: smoothHeading(ego.heading, raw.step_s),
+    ego: decodeMotion(raw.ego),
     boundaries: raw.boundaries.map(decodeLine),
     shoulder: raw.shoulder && decodeLine(raw.shoulder),
     actors: raw.actors.map(decodeMotion),
+    boxes: raw.boxes.map((box) => ({ ...box })),
     sensors: raw.sensors.map(decodeSensor),
     channels: raw.channels.map(decodeChannel),
     grid: raw.grid ? decodeGrid(raw.grid) : null,

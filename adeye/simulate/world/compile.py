@@ -456,6 +456,8 @@ def _goal(formulas: Formulas, starts: Starts, road: RoadMap) -> Floats:
 
 
 def _surroundings(formulas: Formulas) -> Surroundings:
+    # In the mirror the sun stands on the other side.
+    turn = -1.0 if formulas.scenario.world.road.traffic == "left" else 1.0
     night = np.zeros(formulas.runs, dtype=np.bool_)
     day = np.zeros(formulas.runs, dtype=np.bool_)
     illuminance = np.zeros(formulas.runs)
@@ -477,9 +479,8 @@ def _surroundings(formulas: Formulas) -> Surroundings:
         night=night,
         illuminance=illuminance,
         sun_elevation=_sun_elevation(formulas, day),
-        sun_azimuth=formulas.values(
-            "environment.sun_azimuth", lambda s: s.environment.sun_azimuth, 0.0
-        ),
+        sun_azimuth=turn
+        * formulas.values("environment.sun_azimuth", lambda s: s.environment.sun_azimuth, 0.0),
     )
 
 

@@ -183,6 +183,7 @@ def build_roads(formulas: Formulas) -> RoadMap:
         ),
         refuges=build_refuges(formulas, length),
         length=length,
+        left_hand=road.traffic == "left",
         **(_across(formulas, lane_width, shoulder, limit) if road.has_strips else {}),
     )
 
