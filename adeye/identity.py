@@ -172,12 +172,12 @@ def _escaped(plain: Any) -> str:
 
 
 def _plain(value: Any) -> Any:
-    if value is None or isinstance(value, bool | int):
-        return value
     if isinstance(value, float):
         if not math.isfinite(value):
             raise ValueError(f"{value!r} has no canonical form")
         return 0.0 if value == 0.0 else float(value)
+    if value is None or isinstance(value, bool | int):
+        return value
     if isinstance(value, str):
         return unicodedata.normalize("NFC", value)
     if isinstance(value, Mapping):

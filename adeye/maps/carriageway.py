@@ -13,8 +13,8 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import pairwise
-from typing import Final, NamedTuple
+from itertools import chain, pairwise
+from typing import Final, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -148,7 +148,7 @@ class Lanes:
     def follow(self, row: int, sense: int) -> Sequence[int]:
         """Return the lanes that follow one (1), or that it follows (-1)."""
         found = self.graph.following(row) if sense > 0 else self.graph.preceding(row)
-        return [int(item) for item in found]
+        return cast("list[int]", found.tolist())
 
     def section_of(self, row: int) -> Section:
         """Return the cross-section of a lane."""
@@ -158,9 +158,9 @@ class Lanes:
     def next_section(self, section: Section, sense: int) -> Section | None:
         """Return where most lanes of a cross-section lead to (1), or come from (-1)."""
         found = Counter(
-            self.section_of(other)
+            other
             for row in self.own.get(section, ())
-            for other in {self.section_of(item): item for item in self.follow(row, sense)}.values()
+            for other in set(map(self.section_of, self.follow(row, sense)))
         )
         # Of as many, the one that has most lanes itself: the carriageway, not the ramp.
         ranked = sorted(found, key=lambda item: (-found[item], -len(self.own.get(item, ())), item))
@@ -189,7 +189,7 @@ class Lanes:
         along = np.concatenate([[0.0], np.cumsum(steps)])
         along *= total / along[-1]
         turned = line.heading if way > 0 else line.heading + np.pi
-        points = np.column_stack([line.x, line.y, turned])[[0, -1]]
+        points = np.array([(line.x[at], line.y[at], turned[at]) for at in (0, -1)])
         slabs = list(self._slabs(section, ordered, edge, places, along))
         bend = lanes.along(laid, lanes.REFERENCE, places).curvature
         sides = [
@@ -200,7 +200,7 @@ class Lanes:
         ]
         return Piece(
             float(rows[0, arcs.ARC_HEADING]),
-            tuple((float(row[arcs.LENGTH]), float(row[arcs.BEND])) for row in rows),
+            tuple(zip(rows[:, arcs.LENGTH].tolist(), rows[:, arcs.BEND].tolist(), strict=True)),
             tuple(begin for begin, _ in slabs),
             tuple(np.array(strips) for _, strips in slabs),
             tuple(self._grades(section, places, along)),
@@ -223,20 +223,18 @@ class Lanes:
         along: Floats,
     ) -> Iterator[Slab]:
         """Cut a cross-section into slabs along its line."""
-        base = lanes.value_at(edge, places)[0]
-        sides = np.array(
-            [
-                [lanes.value_at(border, places)[0] for border in (strip.inner, strip.outer)]
-                for strip in ordered
-            ]
-        )
-        ends = section.way * (sides - base)
+        borders = [(strip.inner, strip.outer) for strip in ordered]
+        # Neighbours share one.
+        known = {id(border): border for border in (*chain(*borders), edge)}
+        at = {key: lanes.value_at(border, places)[0] for key, border in known.items()}
+        sides = np.array([[at[id(border)] for border in pair] for pair in borders])
+        ends = section.way * (sides - at[id(edge)])
         right, left = ends.min(axis=1), ends.max(axis=1)
         rows = [
             self.rows.find(section.road, section.number, strip.lane.id) or 0 for strip in ordered
         ]
         width = np.minimum(left[:, 1:] - right[:, 1:], left[:, :-1] - right[:, :-1])
-        own = np.isin(rows, self.own.get(section, ()))
+        own = np.array([row in self.own.get(section, ()) for row in rows])
         is_lane = (width >= across.LEAST_LANE) & own[:, np.newaxis]
         for low, high in _straights(np.concatenate([right, left]), is_lane, along):
             found, number = [], 0
@@ -260,11 +258,11 @@ class Lanes:
         heights = lanes.value_at(self.drive.roads[section.road].elevations, places)[0]
         known = math.nan
         at = [*range(0, len(places) - 1, EVERY), len(places) - 1]
-        for low, high in pairwise(at):
-            rise = (heights[high] - heights[low]) / (along[high] - along[low])
-            grade = round(float(rise), 4) + 0.0
+        rises = np.diff(heights[at]) / np.diff(along[at])
+        for begin, rise in zip(along[at].tolist(), rises.tolist(), strict=False):
+            grade = round(rise, 4) + 0.0
             if grade != known:
-                yield round(float(along[low]), _DIGITS), grade
+                yield round(begin, _DIGITS), grade
             known = grade
 
     def _way(self, row: int, section: Section) -> int:

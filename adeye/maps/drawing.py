@@ -67,7 +67,7 @@ def draw_map(drive: OpenDrive, name: str) -> str:
         name: Its title.
     """
     rows = Rows(drive)
-    scene = _Scene(rows, build_of_rows(rows), strips_of(rows))
+    scene = _Scene(rows, build_of_rows(rows), list(strips_of(rows)))
     view = _View.around(points_along(scene.strips, _COARSE), is_fine=len(scene.strips) <= _MANY)
     exact = min(_EXACT / view.scale, _EXACT) if view.is_fine else _EXACT / view.scale
     shapes = [scene.outline(row, exact) for row in range(len(scene.strips))]

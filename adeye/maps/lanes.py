@@ -65,7 +65,6 @@ class Strip:
         way: Whether traffic drives along s (1), against it (-1) or both ways (0).
         inner: The border on the side of lane 0.
         outer: The other border.
-        center: Half-way between them.
     """
 
     lane: Lane
@@ -75,7 +74,13 @@ class Strip:
     way: int
     inner: Floats
     outer: Floats
-    center: Floats
+
+    @property
+    def center(self) -> Floats:
+        """Half-way between the borders."""
+        center = self.inner.copy()
+        center[:, 1:] = 0.5 * (self.inner[:, 1:] + self.outer[:, 1:])
+        return center
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,10 +152,7 @@ def _strips(road: Road, number: int) -> tuple[Strip, ...]:
             )
             outer = base.copy()
             alignment.add_cubics(cubics, start, float(factor), outer)
-            center = inner.copy()
-            center[:, 1:] = 0.5 * (inner[:, 1:] + outer[:, 1:])
-            way = way_of(road, lane)
-            strips.append(Strip(lane, number, start, end, way, inner, outer, center))
+            strips.append(Strip(lane, number, start, end, way_of(road, lane), inner, outer))
             inner = outer
     return tuple(sorted(strips, key=lambda strip: -strip.lane.id))
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import lru_cache
 from itertools import pairwise, zip_longest
 from math import inf, nan
 from operator import itemgetter
@@ -84,6 +85,7 @@ _SIDES: Final = (("left", 1), ("center", 0), ("right", -1))
 """With the sign of the ids of their lanes."""
 _UNITS: Final = {"m/s": (1.0, 1.0), "km/h": (1.0, 3.6), "mph": (1609.344, 3600.0)}
 _NO_CUBICS: Final = no_cubics()
+_SHARES: Final = np.linspace(0.0, 1.0, 9)[:, np.newaxis]
 _OTHERS: Final = {
     "net": "a network of SUMO: convert it by netconvert --sumo-net-file … --opendrive-output …",
     "osm": "OpenStreetMap: convert it by netconvert --osm-files … --opendrive-output …",
@@ -348,7 +350,8 @@ class _Reader:
             return _NO_CUBICS
         rows: list[tuple[float, ...]] = []
         for s, part in self._ordered(parts, name):
-            row = (s, *(part.number(letter) for letter in _CUBIC))
+            # Without -0.0, so that equal rows are the same.
+            row = (s, *(part.number(letter) + 0.0 for letter in _CUBIC))
             if s > end + ROUNDING:
                 self.losses.add(
                     "repaired", part, f"{name} is {s:g} m, behind the end at {end:g} m: left out"
@@ -358,8 +361,7 @@ class _Reader:
                 self.losses.add("repaired", part, f"a second one at {s:g} m: it counts")
                 rows.pop()
             rows.append(row)
-        found = np.array(rows, dtype=np.float64).reshape(-1, 5)
-        found.setflags(write=False)
+        found = _cubic_rows(tuple(rows))
         if _largest(found, end) > most:
             raise parts[0].error(
                 f"it comes to {_largest(found, end):g} m", f"Up to {most:g} m are read."
@@ -592,6 +594,14 @@ def _keep(known: dict[str, Record], record: Record, part: Element) -> None:
         )
 
 
+@lru_cache(maxsize=4096)
+def _cubic_rows(rows: tuple[tuple[float, ...], ...]) -> Floats:
+    """Return one array for functions that are the same: most lanes of a map are as wide."""
+    found = np.array(rows, dtype=np.float64).reshape(-1, 5)
+    found.setflags(write=False)
+    return found
+
+
 def _ids(link: Element | None, name: str) -> tuple[int, ...]:
     return tuple(item.whole("id") for item in link.take(name)) if link is not None else ()
 
@@ -677,7 +687,9 @@ def _largest(rows: Floats, length: float) -> float:
     """Return the largest size of a function along the road, at and between its rows."""
     if not len(rows):
         return 0.0
+    if not rows[:, 2:].any():
+        return float(np.abs(rows[:, 1]).max())
     ends = np.append(rows[1:, 0], max(length, float(rows[-1, 0])))
-    t = (ends - rows[:, 0]) * np.linspace(0.0, 1.0, 9)[:, np.newaxis]
+    t = (ends - rows[:, 0]) * _SHARES
     a, b, c, d = rows[:, 1:].T
     return float(np.abs(a + t * (b + t * (c + t * d))).max())

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
+from itertools import groupby
+from operator import itemgetter
 from typing import NamedTuple
 
 import numpy as np
@@ -43,16 +46,17 @@ class Points(NamedTuple):
     last: NDArray[np.int64]
 
 
-def strips_of(rows: Rows) -> list[tuple[LaidRoad, Strip]]:
-    """Return where each lane of a graph lies, with its road."""
-    found: dict[tuple[str, int, int], tuple[LaidRoad, Strip]] = {}
-    for road in map(laid, rows.map.roads.values()):
-        for number, strips in enumerate(road.strips):
-            found |= {(road.road.id, number, strip.lane.id): (road, strip) for strip in strips}
-    return [found[key] for key in rows.keys]
+def strips_of(rows: Rows) -> Iterator[tuple[LaidRoad, Strip]]:
+    """Yield where each lane of a graph lies, with its road."""
+    # The lanes of a road follow each other, so that it is laid once.
+    for name, keys in groupby(rows.keys, itemgetter(0)):
+        road = laid(rows.map.roads[name])
+        found = {(strip.section, strip.lane.id): strip for item in road.strips for strip in item}
+        for key in keys:
+            yield road, found[key[1:]]
 
 
-def points_along(strips: list[tuple[LaidRoad, Strip]], step: float) -> Points:
+def points_along(strips: Iterable[tuple[LaidRoad, Strip]], step: float) -> Points:
     """Return points on the centre lines of lanes.
 
     Args:
@@ -72,7 +76,7 @@ def points_along(strips: list[tuple[LaidRoad, Strip]], step: float) -> Points:
         )
     table = np.concatenate(columns, axis=1) if columns else np.zeros((8, 0))
     row = table[0].astype(np.int64)
-    first = np.searchsorted(row, np.arange(len(strips)))
+    first = np.searchsorted(row, np.arange(len(columns)))
     last = np.append(first[1:], len(row)) - 1
     _, s, x, y, z, heading, curvature, width = table
     return Points(row, s, x, y, z, heading, curvature, width, first, last)

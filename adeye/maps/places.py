@@ -463,6 +463,9 @@ def _summary(slabs: Sequence[Slab]) -> tuple[float, float]:
 
 def _is_near_itself(line: Sequence[tuple[float, float]]) -> bool:
     """Tell whether the way comes near itself."""
+    # What turns by less than a third of a turn leads away.
+    if math.fsum(abs(length * bend) for length, bend in line) < 2.0:
+        return False
     lengths = np.array([length for length, _ in line])
     bends = np.array([bend for _, bend in line])
     total = float(lengths.sum())

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from math import isfinite
 from pathlib import Path
+from sys import intern
 from typing import Any, Final
 from xml.parsers import expat
 
@@ -115,7 +116,8 @@ class Element:
         if text is None:
             near = suggest(name, self.attributes) if self.attributes else ""
             raise self.error(f"{name} is missing", f"Write {name}=. {near}".rstrip())
-        return text
+        # Many lanes have few kinds.
+        return intern(text)
 
     def choice(self, name: str, allowed: Sequence[str], default: str | None = None) -> str:
         """Take an attribute that is one of several words.

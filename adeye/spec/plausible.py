@@ -186,10 +186,26 @@ def quantities(record: Any, loc: Loc) -> Iterator[tuple[Loc, Any, Dimension]]:
 
 @lru_cache(maxsize=512)
 def _dimensions(model: type[BaseModel]) -> dict[str, Dimension | None]:
-    return {
+    found = {
         name: _dimension(field.metadata) or _required(field.annotation)
         for name, field in model.model_fields.items()
     }
+    return {
+        name: dimension
+        for name, dimension in found.items()
+        if dimension or not _is_plain(model.model_fields[name].annotation)
+    }
+
+
+def _is_plain(annotation: Any) -> bool:
+    """Tell whether a type holds bare numbers and texts only, such as the line of a road."""
+    parts = get_args(annotation)
+    if get_origin(annotation) is Annotated:
+        parts = parts[:1]
+    return all(map(_is_plain, parts)) if parts else annotation in _PLAIN
+
+
+_PLAIN: Final = (float, int, str, bool, type(None), ...)
 
 
 def _leaves(value: Any, loc: Loc) -> Iterator[tuple[Loc, Any]]:
