@@ -162,7 +162,9 @@ def test_imported_roads_come_from_many_places(on_map: Executed) -> None:
     assert len(places) >= ON_MAPS[on_map.plan.files.odd.spec.odd]
 
 
-def test_candidate_passes_on_imported_roads_and_the_other_architecture_does_not(on_map: Executed) -> None:
+def test_candidate_passes_on_imported_roads_and_the_other_architecture_does_not(
+    on_map: Executed,
+) -> None:
     assert on_map.summary.exit_code is ExitCode.OK
     others = {line.verdict for line in on_map.summary.verdicts if not line.is_gate}
     assert Verdict.FAIL in others

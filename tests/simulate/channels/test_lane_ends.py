@@ -11,14 +11,16 @@ from adeye.kernel import strips
 from adeye.signals import EGO_SPEED, EGO_X, EGO_Y, OK, RoadMap
 from adeye.simulate.channels.nominal import NominalChannel
 from adeye.simulate.channels.trajectory.channel import TrajectoryChannel
-from adeye.spec.channels import NominalParameters, TrajectoryParameters
+from adeye.spec.channels import NominalParameters, SafetyParameters, TrajectoryParameters
 from adeye.testing import Drive, World, channel_context, drive
-from adeye.testing.scenes import straight_road
+from adeye.testing.scenes import passenger_car, straight_road
 from tests.simulate.channels.perceived import LINKS, SENSORS
+from tests.simulate.channels.safety import supervised
 
 END = 300.0
 WIDTH = 3.5
 LIMIT = 130.0 / 3.6
+CAR = passenger_car()
 CHANNELS: dict[str, Any] = {
     "nominal": (NominalChannel, NominalParameters),
     "trajectory": (TrajectoryChannel, TrajectoryParameters),
@@ -26,7 +28,7 @@ CHANNELS: dict[str, Any] = {
 by_both = pytest.mark.parametrize("kind", sorted(CHANNELS))
 
 
-def ending(*lanes: int, of: int = 2) -> RoadMap:
+def ending(*lanes: int, of: int = 2, end: float = END) -> RoadMap:
     """Return a road of some lanes of which these end, at once, with nothing beside them."""
 
     def driven(numbers: list[int]) -> list[list[float]]:
@@ -37,7 +39,7 @@ def ending(*lanes: int, of: int = 2) -> RoadMap:
         ]
 
     before, behind = driven(list(range(of))), driven([k for k in range(of) if k not in lanes])
-    slabs = [[0.0, 0.0, of, of], [END, of, len(behind), len(behind)]]
+    slabs = [[0.0, 0.0, of, of], [end, of, len(behind), len(behind)]]
     return replace(
         straight_road(lanes=of), slabs=np.array([slabs]), strips=np.array([before + behind])
     )
@@ -117,3 +119,19 @@ def test_several_lanes_that_end_are_left_one_after_the_other(kind: str) -> None:
 def test_nobody_leaves_a_lane_that_goes_on(kind: str) -> None:
     done = run(kind, World(road=ending(0), lane=1, speed=25.0))
     assert abs(done.ego[:, EGO_Y] - 1.5 * WIDTH).max() < 0.1
+
+
+@pytest.mark.parametrize("stop", ["in_lane", "planned"])
+@pytest.mark.parametrize("ends", [0, 1])
+def test_a_safe_stop_in_a_lane_that_ends_stands_before_its_end(stop: Any, ends: int) -> None:
+    """At the stop deceleration it would stand 20 m beyond."""
+    done = supervised.run(
+        World(road=ending(ends, end=110.0), lane=ends, speed=30.0),
+        SafetyParameters(stop=stop),
+        9.0,
+        on_commands=supervised.silence(0.0),
+        links=("truth", "channels.nominal", "switch"),
+    )
+    assert done.ego[-1, EGO_SPEED] < 0.05
+    assert done.ego[-1, EGO_X] + 0.5 * CAR.length < 110.0
+    assert abs(done.ego[:, EGO_Y] - (ends + 0.5) * WIDTH).max() < 0.6
