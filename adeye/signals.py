@@ -588,6 +588,7 @@ def scene_signals(object_ids: tuple[str, ...], lanes: int) -> dict[str, SignalTy
         "ego.lane_offset": number("m", 1.0, "distance from the nearest lane's centre, left > 0"),
         "ego.on_road": _boolean("centre of the ego on a lane, shoulder, bay, rest area or verge"),
         "ego.in_refuge": _boolean("whole ego in a parking bay or rest area"),
+        "ego.at_goal": _boolean("the ego has arrived at its goal before the horizon"),
         "contact": _boolean("the ego touches an object", of_objects=True),
         "standstill": _boolean("the ego stands"),
         "in_odd": _boolean("the run is inside the ODD now"),

@@ -117,6 +117,14 @@ def full_horizon_row(trace: Trace) -> int:
     return round(trace.layout.horizon / trace.layout.context.step)
 
 
+def at_goal(trace: Trace) -> Bools:
+    """Tell at which rows (B, T) the ego has arrived at its goal, which ends the horizon."""
+    # A contact, or the end of the road, ends it, too: at the last row or the one before.
+    latest = np.where(trace.complete, full_horizon_row(trace), last_rows(trace) - 1)
+    arrived, rows = trace.horizon_row[:, np.newaxis], np.arange(trace["ego_place"].shape[1])
+    return np.asarray((arrived < latest[:, np.newaxis]) & (rows >= arrived))
+
+
 def last_rows(trace: Trace) -> Ints:
     """Return the last row (B,) of each run."""
     return np.asarray(trace.length - 1)

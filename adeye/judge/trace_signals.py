@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 import numpy as np
 
 from adeye import signals as columns
-from adeye.judge.outcome import in_refuge, on_road
+from adeye.judge.outcome import at_goal, in_refuge, on_road
 from adeye.judge.series import (
     SERIES,
     TraceSeries,
@@ -285,6 +285,8 @@ class TraceSignals:
             heading = self._ego(columns.EGO_HEADING)
             stands = in_refuge(self.trace.layout.context, places, heading)
             return _reading(stands, self._place(columns.PLACE_D), heading)
+        if what == "at_goal":
+            return _reading(at_goal(self.trace), self._place(columns.PLACE_S))
         if what == "lane":
             return _reading(self._place(columns.PLACE_LANE), self._place(columns.PLACE_D))
         if what == "lane_offset":

@@ -42,8 +42,9 @@ if TYPE_CHECKING:
     PATH_3,
     PATH_4,
     PATH_5,
-) = range(13)
-PATH_ROW: Final = 13
+    PATH_ROOM,  # way that is left of the lanes that it leads through [m], infinity without end
+) = range(14)
+PATH_ROW: Final = 14
 
 # Columns of a sample of a profile.
 (

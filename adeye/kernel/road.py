@@ -392,6 +392,24 @@ def center_at(ground: Ground, s: float, d: float) -> float:
 
 
 @inlined
+def lane_left(ground: Ground, s: float, d: float, far: float) -> tuple[float, int]:
+    """Return how much is left of the lane at a place [m], and which lane beside it goes on.
+
+    Args:
+        ground: Where it is.
+        s: Along the road [m].
+        d: [m]; off the lanes the outermost one is meant.
+        far: How far ahead is looked [m].
+
+    Returns:
+        See ``strips.lane_left``; infinity and 0 where no lane ends.
+    """
+    if has_strips(ground):
+        return strips.lane_left(ground.slabs, ground.strips, s, lane_at(ground, s, d), far)
+    return math.inf, 0
+
+
+@inlined
 def center_beside(ground: Ground, s: float, center: float, side: float) -> float:
     """Return d of the centre of the next lane [m], be there one or not.
 

@@ -42,6 +42,9 @@ OWN, OPPOSITE = 1.0, -1.0
 LEAST_LANE: Final = 2.0
 """Narrower, a lane that begins or ends is none yet, or none any more [m]. Our choice."""
 
+LEAST_TO_DRIVE: Final = 2.5
+"""A lane that becomes narrower than that before it ends is driven no further [m]. Our choice."""
+
 NO_SLABS: Final = np.zeros((0, SLAB_WIDTH))
 NO_STRIPS: Final = np.zeros((0, STRIP_WIDTH))
 """Those of a road without."""
@@ -122,6 +125,64 @@ def lane_of(slabs: Floats, strips: Floats, s: float, d: float) -> int:
     """Return the lane of the ego's way that a place is in, from the right; -1 off them."""
     row = strip_at(slabs, strips, s, d)
     return int(strips[row, STRIP_LANE]) if row >= 0 else -1
+
+
+@inlined
+def _lane_row(slabs: Floats, strips: Floats, slab: int, lane: int) -> int:
+    """Return the row of a lane of the ego's way that a slab has."""
+    row = int(slabs[slab, SLAB_FIRST])
+    while strips[row, STRIP_LANE] != lane:
+        row += 1
+    return row
+
+
+@inlined
+def _lane_behind(slabs: Floats, strips: Floats, slab: int, lane: int) -> int:
+    """Return the lane of the next slab that one goes on in: where its middle is; -1 for none."""
+    s = slabs[slab + 1, SLAB_BEGIN]
+    right, left = _ends(slabs, strips, s, _lane_row(slabs, strips, slab, lane), slab)
+    return lane_of(slabs, strips, s, 0.5 * (right + left))
+
+
+@compiled
+def lane_left(slabs: Floats, strips: Floats, s: float, lane: int, far: float) -> tuple[float, int]:
+    """Return how much is left of a lane, and which lane beside it goes on where it ends.
+
+    Args:
+        slabs: (S, 4), see the module.
+        strips: (J, 8).
+        s: Along the line [m].
+        lane: Of the ego's way, one that is there.
+        far: How far ahead is looked [m].
+
+    Returns:
+        Way to its end, or to where it is too narrow to drive in [m], infinity for none within
+        ``far``; and how many lanes farther to the left, negative to the right, the nearest one is
+        that goes on there, 0 for none.
+    """
+    slab = slab_at(slabs, s)
+    # Before the road its first slab goes on backwards; those beyond the last are filled up.
+    narrow = math.inf
+    while slab + 1 < slabs.shape[0] and slabs[slab + 1, SLAB_BEGIN] - s <= far:
+        begin, end = max(s, slabs[slab, SLAB_BEGIN]), slabs[slab + 1, SLAB_BEGIN]
+        row = _lane_row(slabs, strips, slab, lane)
+        right, left = _ends(slabs, strips, end, row, slab)
+        if left - right >= LEAST_TO_DRIVE:
+            narrow = math.inf
+        elif narrow == math.inf:
+            slope = strips[row, STRIP_RIGHT_SLOPE] - strips[row, STRIP_LEFT_SLOPE]
+            wider = LEAST_TO_DRIVE - (left - right)
+            narrow = max(begin, end - wider / slope) if slope > 0.0 else begin
+        behind = _lane_behind(slabs, strips, slab, lane)
+        if behind < 0:
+            aside = 0
+            for other in range(int(slabs[slab, SLAB_LANES])):
+                is_nearer = aside == 0 or abs(other - lane) < abs(aside)
+                if is_nearer and _lane_behind(slabs, strips, slab, other) >= 0:
+                    aside = other - lane
+            return max(0.0, min(end, narrow) - s), aside
+        slab, lane = slab + 1, behind
+    return math.inf, 0
 
 
 @compiled

@@ -53,6 +53,20 @@ class Section(NamedTuple):
     way: int
 
 
+class Cut(NamedTuple):
+    """A cross-section along an edge of one of its lanes.
+
+    Attributes:
+        section: Which.
+        lane: Its id in the file.
+        is_left: Whether the line is its left edge, not its right one.
+    """
+
+    section: Section
+    lane: int
+    is_left: bool = False
+
+
 Slab = tuple[float, tuple[tuple[float, ...], ...]]
 """Where it begins on the line [m], and its strips from right to left, see ``kernel.strips``."""
 
@@ -108,7 +122,7 @@ class Lanes:
     rows: network.Rows
     graph: network.Network
     _laid: dict[str, LaidRoad] = field(default_factory=dict)
-    _pieces: dict[tuple[Section, int], Piece] = field(default_factory=dict)
+    _pieces: dict[Cut, Piece] = field(default_factory=dict)
 
     @classmethod
     def of(cls, drive: OpenDrive) -> Lanes:
@@ -166,18 +180,18 @@ class Lanes:
         ranked = sorted(found, key=lambda item: (-found[item], -len(self.own.get(item, ())), item))
         return ranked[0] if ranked else None
 
-    def piece(self, section: Section, lane: int) -> Piece:
-        """Return a cross-section along the right edge of one of its lanes."""
-        key = section, lane
-        if key not in self._pieces:
-            self._pieces[key] = self._cut(section, lane)
-        return self._pieces[key]
+    def piece(self, cut: Cut) -> Piece:
+        """Return a cross-section along an edge of one of its lanes."""
+        if cut not in self._pieces:
+            self._pieces[cut] = self._cut(cut)
+        return self._pieces[cut]
 
-    def _cut(self, section: Section, lane: int) -> Piece:
-        laid, way = self.laid(section.road), section.way
+    def _cut(self, cut: Cut) -> Piece:
+        section, way = cut.section, cut.section.way
+        laid = self.laid(section.road)
         ordered = laid.strips[section.number][::-way]
-        through = next(strip for strip in ordered if strip.lane.id == lane)
-        edge = right_edge(through, way)
+        through = next(strip for strip in ordered if strip.lane.id == cut.lane)
+        edge = edge_of(through, way, is_left=cut.is_left)
         start, end = (through.start, through.end)[::way]
         count = max(2, math.ceil(abs(end - start) / SAMPLE) + 1)
         places = np.linspace(start, end, count)
@@ -274,9 +288,10 @@ class Lanes:
         return limit if math.isfinite(limit) else -1.0
 
 
-def right_edge(strip: Strip, way: int) -> Floats:
-    """Return the line of a lane's edge to the right of who drives on the road one way."""
-    return strip.outer if (strip.lane.id < 0) == (way > 0) else strip.inner
+def edge_of(strip: Strip, way: int, *, is_left: bool) -> Floats:
+    """Return the line of a lane's edge on a side of who drives on the road one way."""
+    is_outer = ((strip.lane.id < 0) == (way > 0)) != is_left
+    return strip.outer if is_outer else strip.inner
 
 
 def _straights(edges: Floats, marks: NDArray[np.bool_], along: Floats) -> Iterator[tuple[int, int]]:

@@ -18,11 +18,13 @@ import numpy as np
 
 from adeye.kernel import strips as across
 from adeye.maps import network
-from adeye.maps.carriageway import Lanes, Piece, Section, Slab, steps_of
+from adeye.maps.carriageway import Cut, Lanes, Piece, Section, Slab, steps_of
 
 Anchor = Literal["carriageway", "entry", "exit", "lane_begin", "lane_end", "work_zone"]
 """What is at a place: a point of a carriageway, where the lane of a ramp comes in or leaves, where
 a lane begins or ends beside others, and where one is closed for works."""
+Route = Literal["entry", "exit"]
+"""A road that begins on the ramp that comes in, or ends on the one that leaves."""
 
 EVERY: Final = 50.0
 """Between two places of a carriageway [m]."""
@@ -63,6 +65,7 @@ class Asked(NamedTuple):
         max_radius: Some bend of its road is not wider [m].
         min_speed_limit: Lowest along its road [m/s].
         max_speed_limit: Highest along its road [m/s].
+        route: Which ramp its road leads over; none if it goes on where most lanes do.
     """
 
     anchor: Anchor
@@ -75,6 +78,7 @@ class Asked(NamedTuple):
     max_radius: float | None = None
     min_speed_limit: float | None = None
     max_speed_limit: float | None = None
+    route: Route | None = None
 
 
 class Spot(NamedTuple):
@@ -229,14 +233,14 @@ def _place(found: Lanes, spot: Spot, asked: Asked, key: str) -> Place | str:
     )
     if lacks:
         return lacks
-    chain = _chain(found, spot, asked)
+    chain = _over_ramp(found, spot, asked) if asked.route else _chain(found, spot, asked)
     if isinstance(chain, str):
         return chain
-    pieces = [found.piece(part, lane) for part, lane in chain]
+    pieces = [found.piece(cut) for cut in chain]
     gap, kink = steps_of(pieces)
     if gap > GAP or kink > KINK:
         return "where roads do not meet, or with a kink"
-    at = [part for part, _ in chain].index(section)
+    at = [cut.section for cut in chain].index(section)
     here = math.fsum(piece.length for piece in pieces[:at]) + pieces[at].on_line(spot.at)
     return _laid(key, _type_at(found, spot), asked, pieces, here)
 
@@ -246,7 +250,7 @@ def _lacks(*asked: tuple[bool, str]) -> str:
     return next((reason for is_met, reason in asked if not is_met), "")
 
 
-def _chain(found: Lanes, spot: Spot, asked: Asked) -> list[tuple[Section, int]] | str:
+def _chain(found: Lanes, spot: Spot, asked: Asked) -> list[Cut] | str:
     """Return the cross-sections of a place's road, each with its lane that goes on all along."""
     parts = {-1: [spot.section], 1: [spot.section]}
     for sense, far in ((-1, asked.before), (1, asked.after)):
@@ -266,7 +270,66 @@ def _chain(found: Lanes, spot: Spot, asked: Asked) -> list[tuple[Section, int]] 
     rows = _through(found, sections)
     if not rows:
         return "where no lane goes on all along"
-    return [(part, found.rows.keys[row][2]) for part, row in zip(sections, rows, strict=True)]
+    return [Cut(part, found.rows.keys[row][2]) for part, row in zip(sections, rows, strict=True)]
+
+
+def _over_ramp(found: Lanes, spot: Spot, asked: Asked) -> list[Cut] | str:
+    """Return the cross-sections of a place's road that leads over a ramp.
+
+    Its line is what the carriageway and the ramp share: the right edge of the lane beside that of
+    the ramp, and on the ramp the left edge of its own.
+    """
+    sense = 1 if asked.route == "exit" else -1
+    rows = found.own[spot.section]
+    main = found.next_section(spot.section, sense)
+    away = [
+        row
+        for row in rows
+        if found.follow(row, sense)
+        and all(found.section_of(other) != main for other in found.follow(row, sense))
+    ]
+    if tuple(away) != rows[: len(away)] or len(away) == len(rows):
+        return "with a ramp to the left"
+    low, high = _reach(found, spot)
+    rooms = (asked.after, asked.before - low) if sense > 0 else (asked.before, asked.after - high)
+    ramp = _along(found, away[-1], sense, rooms[0], is_ramp=True)
+    beside = _along(found, rows[len(away)], -sense, rooms[1], is_ramp=False)
+    if isinstance(ramp, str) or isinstance(beside, str):
+        return ramp if isinstance(ramp, str) else beside
+    here = Cut(spot.section, found.rows.keys[rows[len(away)]][2])
+    whole = [*reversed(beside), here, *ramp]
+    return whole if sense > 0 else whole[::-1]
+
+
+def _along(found: Lanes, row: int, sense: int, far: float, *, is_ramp: bool) -> list[Cut] | str:
+    """Return the cross-sections that a lane leads to (1), or comes from (-1), and its lane in each.
+
+    Args:
+        found: Lanes of a map.
+        row: The lane.
+        sense: See above.
+        far: How much of them is asked for [m].
+        is_ramp: Whether the way is that of the lane, wherever the others lead.
+    """
+    cuts: list[Cut] = []
+    while far > 0.0:
+        section = found.section_of(row)
+        following = found.next_section(section, sense)
+        others = found.follow(row, sense)
+        if is_ramp and not cuts and others:
+            following = found.section_of(others[0])
+        if following is None or len(cuts) > MOST:
+            return "too near to the end of the way"
+        if found.drive.roads[following.road].junction:
+            return "too near to a junction"
+        beside = found.own[following]
+        places = [beside.index(other) for other in others if other in beside]
+        if not places:
+            return "where no lane goes on all along"
+        row = beside[max(places) if is_ramp else min(places)]
+        cuts.append(Cut(following, found.rows.keys[row][2], is_ramp))
+        far -= _span(found, following)
+    return cuts
 
 
 def _ends(found: Lanes, section: Section) -> tuple[float, float]:

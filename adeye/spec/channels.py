@@ -202,8 +202,10 @@ class TrackingParameters(q.Record):
             yield ("confirm_window",), text
 
 
-class NominalParameters(TrackingParameters):
+class NominalParameters(TrackingParameters, q.GrownRecord):
     """Nominal channel: tracking, car following, lane keeping and emergency braking."""
+
+    later: ClassVar[tuple[str, ...]] = ("rear_sight",)
 
     time_gap: Annotated[q.Duration, Field(gt=0.0)] = 1.8
     standstill_gap: PositiveLength = 4.0
@@ -214,6 +216,9 @@ class NominalParameters(TrackingParameters):
     """Required deceleration from which it brakes with the emergency deceleration."""
     lateral_margin: NonNegativeLength = 0.3
     """How much nearer than touching an object's side must come to count as in the path [m]."""
+    rear_sight: NonNegativeLength = 0.0
+    """How far behind the ego its sensors see the lanes beside it [m]; at 0 it enters none, and
+    stands where its own ends."""
 
 
 Weight = Annotated[q.Number, Field(ge=0.0)]

@@ -207,8 +207,10 @@ class MapUse(q.Record):
         return (self.file,) if isinstance(self.file, str) else self.file
 
 
-class PlaceQuery(q.Record):
+class PlaceQuery(q.GrownRecord):
     """Which places of the maps."""
+
+    later: ClassVar[tuple[str, ...]] = ("route",)
 
     anchor: Literal["carriageway", "entry", "exit", "lane_begin", "lane_end", "work_zone"]
     """What is at the place: one every 50 m of carriageway, the lane of a ramp that comes in or
@@ -228,6 +230,14 @@ class PlaceQuery(q.Record):
     """Some bend is not wider than this [m]."""
     min_speed_limit: q.Speed | None = None
     max_speed_limit: q.Speed | None = None
+    route: Literal["entry", "exit"] | None = None
+    """Over which ramp the road of the place leads: it begins on the one that comes in, or ends on
+    the one that leaves. Without, it goes on where most lanes do."""
+
+    @finds
+    def _route_has_its_anchor(self) -> Iterator[Problem]:
+        if self.route not in {None, self.anchor}:
+            yield ("route",), f"a road over the ramp of an {self.route} takes anchor: {self.route}"
 
 
 def _road_or_place(schema: dict[str, Any]) -> None:

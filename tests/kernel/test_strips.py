@@ -72,3 +72,43 @@ def test_a_shoulder_is_one_only_beside_the_rightmost_lane() -> None:
     apart = STRIPS.copy()
     apart[0, strips.STRIP_LEFT] = -1.0
     assert strips.shoulder_ends(SLABS, apart, 50.0) == (0.0, 0.0)
+
+
+def own(*lanes: tuple[int, float, float, float, float]) -> list[list[float]]:
+    """Return strips of the ego's way by number and edges with their slopes, right and left."""
+    return [[strips.DRIVING, strips.OWN, 30.0, *lane] for lane in lanes]
+
+
+# The right of three lanes narrows from 200 m on, and is none any more at 300 m; the left one ends
+# at 400 m as wide as it was, where the middle one begins to move aside.
+ENDING = [
+    (0.0, own((0, 0.0, 0.0, 3.5, 0.0), (1, 3.5, 0.0, 7.0, 0.0), (2, 7.0, 0.0, 10.5, 0.0))),
+    (200.0, own((0, 0.0, 0.015, 3.5, 0.0), (1, 3.5, 0.0, 7.0, 0.0), (2, 7.0, 0.0, 10.5, 0.0))),
+    (300.0, own((-1, 1.5, 0.015, 3.5, 0.0), (0, 3.5, 0.0, 7.0, 0.0), (1, 7.0, 0.0, 10.5, 0.0))),
+    (400.0, own((0, 3.5, 0.02, 7.0, 0.02))),
+    (500.0, own((0, 5.5, 0.0, 9.0, 0.0))),
+]
+
+
+def left(s: float, lane: int, far: float = 1e3) -> tuple[float, int]:
+    slabs = np.array(
+        [
+            [begin, 3.0 * number, len(lanes), sum(lane[strips.STRIP_LANE] >= 0 for lane in lanes)]
+            for number, (begin, lanes) in enumerate(ENDING)
+        ]
+        + [[math.inf, 0.0, 0.0, 0.0]]
+    )
+    rows = [row for _, lanes in ENDING for row in [*lanes, *[[0.0] * 8] * (3 - len(lanes))]]
+    return strips.lane_left(slabs, np.array(rows), s, lane, far)
+
+
+def test_a_lane_is_left_where_it_is_too_narrow_or_where_it_stops() -> None:
+    assert left(100.0, 0) == pytest.approx((200.0 - 100.0 + 1.0 / 0.015, 1))
+    assert left(100.0, 2) == pytest.approx((300.0, -1))
+    assert left(350.0, 1) == pytest.approx((50.0, -1))
+    assert left(280.0, 0) == (0.0, 1)
+
+
+def test_a_lane_that_moves_aside_goes_on_and_what_is_far_is_not_looked_at() -> None:
+    assert left(100.0, 1) == left(450.0, 0) == left(-50.0, 1) == (math.inf, 0)
+    assert left(100.0, 0, far=150.0) == (math.inf, 0)

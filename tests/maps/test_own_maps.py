@@ -3,10 +3,13 @@
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from adeye.maps.carriageway import Lanes
 from adeye.maps.opendrive_reader import read_opendrive
+from adeye.maps.places import Asked, places_of
 from adeye.maps.topology import check_topology
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -33,6 +36,19 @@ def test_motorway_has_fifty_places() -> None:
     counts = {kind: sum(kind in name for name in names) for kind in kinds}
     assert sum(counts.values()) >= 50
     assert min(counts.values()) >= 2
+
+
+@pytest.mark.parametrize(("ramp", "far"), [("exit", (340.0, 120.0)), ("entry", (80.0, 500.0))])
+def test_every_ramp_of_the_motorway_has_a_road_over_it(ramp: Any, far: tuple[float, float]) -> None:
+    lanes = Lanes.of(read_opendrive(CATALOGUE / "ramp.xodr")[0])
+    found = places_of(lanes, "ramp", Asked(ramp, *far, route=ramp))
+    assert len(found.places) == 28
+    assert not found.refused
+    for place in found.places:
+        counts = [sum(strip[3] >= 0 for strip in strips) for _, strips in place.road.slabs]
+        # The ramp alone at one end, the carriageway at the other.
+        assert (counts if ramp == "entry" else counts[::-1])[0] == 1
+        assert max(counts) >= 3
 
 
 def test_maps_are_what_their_script_draws(tmp_path: Path) -> None:

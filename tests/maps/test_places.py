@@ -8,7 +8,7 @@ import pytest
 
 from adeye.kernel import strips
 from adeye.maps.carriageway import Lanes
-from adeye.maps.opendrive import OpenDrive, Road, RoadLink
+from adeye.maps.opendrive import Connection, Junction, OpenDrive, Road, RoadLink
 from adeye.maps.places import Asked, Place, Places, places_of
 from tests.drawn_roads import cubics, lane, network, piece, road, section
 
@@ -184,3 +184,77 @@ def test_a_road_rises_in_the_direction_of_travel_as_its_map_says() -> None:
     assert place_at(drawn, "m:1+150").road.grades == ((0.0, 0.02), (100.0, -0.01))
     assert place_at(drawn, "m:1-250").road.grades == ((0.0, 0.01), (100.0, -0.02))
     assert place_at(two_way(), "m:1+150").road.grades == ()
+
+
+# --- Roads over ramps -----------------------------------------------------------------------------
+
+SHARED = 200.0
+"""How long the lane of the ramp is beside those of the carriageway [m]."""
+
+
+def with_ramp() -> OpenDrive:
+    """Return two lanes along x, and one that opens beside them and leaves at 400 m."""
+    opening = (0.0, 0.0, 0.0, 3.0 * 3.5 / 50.0**2, -2.0 * 3.5 / 50.0**3)
+    widths = [opening, (50.0, 3.5, 0.0, 0.0, 0.0)]
+    others = [lane(-1, WIDE, successors=(-1,)), lane(-2, WIDE, successors=(-2,))]
+    joined = RoadLink("junction", "j", "", 1)
+    sections = [
+        section(lane(0), *others),
+        section(lane(0), *others, lane(-3, *widths), s=400.0 - SHARED),
+    ]
+    first = straight(*sections, successor=joined)
+    on = road(
+        [piece("line", 400.0, pose=(400.0, 0.0, 0.0))],
+        section(lane(0), lane(-1, WIDE), lane(-2, WIDE)),
+        id="2",
+        predecessor=joined,
+    )
+    ramp = road(
+        [piece("arc", 150.0, -0.005, pose=(400.0, -7.0, 0.0))],
+        section(lane(0), lane(-1, WIDE)),
+        id="3",
+        predecessor=joined,
+    )
+    joint = Junction(
+        "j",
+        "",
+        "direct",
+        (
+            Connection("0", "1", "2", "start", ((-1, -1), (-2, -2)), 1),
+            Connection("1", "1", "3", "start", ((-3, -1),), 1),
+        ),
+        (),
+        1,
+    )
+    return OpenDrive(
+        "drawn.xodr", (1, 8), "", "", {item.id: item for item in (first, on, ramp)}, {"j": joint}
+    )
+
+
+def test_a_road_over_an_exit_ends_on_the_ramp_and_the_other_lanes_end_where_it_leaves() -> None:
+    (place,) = found(with_ramp(), "exit", 300.0, after=100.0, route="exit").places
+    assert place.key == "m:1+400"
+    # Along the edge that carriageway and ramp share, so that the lane that opens bends nothing.
+    assert [bend for _, bend in place.road.line] == pytest.approx([0.0, 0.0, -0.005], abs=1e-6)
+    lanes = own(place)
+    assert [len(lanes[0]), len(lanes[-2]), len(lanes[-1])] == [2, 3, 1]
+    edges = [(lane[strips.STRIP_RIGHT], lane[strips.STRIP_LEFT]) for lane in lanes[-2]]
+    assert edges == [(-3.5, 0.0), (0.0, 3.5), (3.5, 7.0)]
+    assert lanes[-1][0][strips.STRIP_RIGHT] == -3.5
+
+
+def test_without_a_route_the_road_goes_on_where_most_lanes_do() -> None:
+    (place,) = found(with_ramp(), "exit", 300.0, after=100.0).places
+    assert [len(lanes) for lanes in own(place)][-1] == 2
+
+
+@pytest.mark.parametrize(
+    ("asked", "reason"),
+    [
+        ({"before": 500.0}, "too near to the end of the way"),
+        ({"after": 160.0}, "too near to the end of the way"),
+    ],
+)
+def test_a_ramp_that_is_too_short_gives_no_road(asked: dict[str, float], reason: str) -> None:
+    asked = {"before": 300.0, "after": 100.0, **asked}
+    assert found(with_ramp(), "exit", **asked, route="exit").refused == {reason: 1}

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from adeye.fields import fields_of
+from adeye.kernel.criticality import required_deceleration
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.motion import idm_acceleration, lane_keeping_steering
 from adeye.kernel.road import (
@@ -57,6 +58,17 @@ IDM_EXPONENT: Final = 4.0
 LATE: Final = 2.0
 """How much sooner a speed is asked for on roads whose limits and bends are looked for [s]. Our
 choice."""
+CHANGE_TIME: Final = 10.0
+CHANGE_WAY: Final = 50.0
+"""For each change that leads out of a lane that ends, the way of this time [s] and this way more
+[m] are looked ahead, and the changes are wished for from there on. Our choice."""
+MOST_CHANGES: Final = 3.0
+"""As many changes are looked ahead for."""
+BRAKES_LATE: Final = 0.7
+"""Share of the comfortable deceleration that the end of a lane requires before the ego brakes for
+it. Our choice."""
+ROOM_TO_TURN: Final = 15.0
+"""So far before the end of its lane the ego stands, so that it can still leave it [m]."""
 _CURVE_PREVIEWS: Final = (0.0, 1.0, 2.0, 4.0)
 """Where the curvature ahead is read, in seconds at the present speed."""
 
@@ -233,6 +245,44 @@ def follow(
     if speed < STANDSTILL and wanted <= 0.0:
         return -min(HOLD_DECELERATION, hardest)
     return wanted
+
+
+@inlined
+def way_to_change(speed: float) -> float:
+    """Return how long before the end of a lane a change out of it is wished for [m]."""
+    return CHANGE_TIME * speed + CHANGE_WAY
+
+
+@inlined
+def room_to_stand(record: Any, room: float) -> float:
+    """Return the way to where the ego stands before its lane ends [m].
+
+    Args:
+        record: Has ``length`` and ``standstill_gap``.
+        room: What is left of the lane [m].
+    """
+    return room - 0.5 * record["length"] - max(record["standstill_gap"], ROOM_TO_TURN)
+
+
+@inlined
+def stand_before(record: Any, speed: float, room: float, wanted: float, hardest: float) -> float:
+    """Return an acceleration with which the ego does not drive over the end of its lane [m/s²].
+
+    Args:
+        record: See ``room_to_stand``; has ``comfort_deceleration``.
+        speed: Of the ego [m/s].
+        room: What is left of the lane [m], infinity where it goes on.
+        wanted: Acceleration without that [m/s²].
+        hardest: Largest deceleration [m/s²].
+    """
+    left = room_to_stand(record, room)
+    if left <= STANDSTILL and speed < STANDSTILL:
+        return min(wanted, -min(HOLD_DECELERATION, hardest))
+    required = required_deceleration(left, speed, 0.0, 0.0)
+    # Late, so that as much as possible of the lane is there to find a gap from.
+    if required < BRAKES_LATE * record["comfort_deceleration"]:
+        return wanted
+    return min(wanted, -min(required, hardest))
 
 
 @inlined

@@ -14,9 +14,10 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 
 from adeye import signals
+from adeye.kernel.criticality import required_deceleration
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.motion import clip, limit_jerk
-from adeye.kernel.road import center_at, ground_of, is_on_lanes
+from adeye.kernel.road import center_at, ground_of, is_on_lanes, lane_left
 from adeye.kernel.stops import BRAKES_AT_ONCE, ONSET_JERK
 from adeye.signals import Bools, ControlCommand, Floats, Ints, Observation, spec_columns
 from adeye.simulate.channels import corridor, driving
@@ -233,6 +234,13 @@ def _worse(one: float, other: float) -> float:
 RESERVE: Final = 1.2
 """How much more than the required deceleration is commanded, for the lag of the brakes and for
 what the object may still do. Our choice."""
+
+
+STOPS_WITHIN: Final = 500.0
+"""How far ahead the end of the lane is looked for [m]: more than any stop takes."""
+
+LEFT_BEFORE_END: Final = 2.0
+"""What a stop leaves of the lane before its end [m]. Our choice."""
 
 
 @compiled
@@ -460,11 +468,24 @@ def stop_in_lane(batch: Batch, run: int, requests: bool, is_danger: bool) -> int
         record,
         memory[MEMORY_BRAKING],
         pose[POSE_SPEED],
-        batch.path[corridor.PATH_REQUIRED],
+        max(batch.path[corridor.PATH_REQUIRED], required_before_end(batch, run)),
         is_danger,
     )
     steering = driving.steer(record, pose, memory[MEMORY_PATH])
     return answer(batch, run, float(memory[MEMORY_BRAKING]), steering, requests)
+
+
+@inlined
+def required_before_end(batch: Batch, run: int) -> float:
+    """Return the deceleration that is required to stand before the lane ends [m/s²]."""
+    record, pose, ground = (
+        batch.seen.records[run],
+        batch.seen.pose[run],
+        ground_of(batch.seen.grounds, run),
+    )
+    room, _ = lane_left(ground, pose[POSE_S], batch.memory[run, MEMORY_PATH], STOPS_WITHIN)
+    left = room - 0.5 * record["length"] - LEFT_BEFORE_END
+    return required_deceleration(left, pose[POSE_SPEED], 0.0, 0.0)
 
 
 @inlined
@@ -479,16 +500,22 @@ def shadow(batch: Batch, run: int, requests: bool) -> int:  # noqa: FBT001 - a k
 def follow_lane(batch: Batch, run: int) -> float:
     """Return the acceleration of car following in the lane [m/s²]."""
     record, pose, path = batch.seen.records[run], batch.seen.pose[run], batch.path
-    return driving.follow(
-        record,
+    ground, center, speed = (
+        ground_of(batch.seen.grounds, run),
+        batch.memory[run, MEMORY_PATH],
         pose[POSE_SPEED],
-        driving.allowed_speed(
-            record, ground_of(batch.seen.grounds, run), pose, batch.memory[run, MEMORY_PATH]
-        ),
+    )
+    hardest = record["stop_deceleration"]
+    wanted = driving.follow(
+        record,
+        speed,
+        driving.allowed_speed(record, ground, pose, center),
         path[corridor.PATH_GAP],
         path[corridor.PATH_SPEED],
-        record["stop_deceleration"],
+        hardest,
     )
+    room, _ = lane_left(ground, pose[POSE_S], center, STOPS_WITHIN)
+    return driving.stand_before(record, speed, room, wanted, hardest)
 
 
 PERCEPTION: Final = {"coast": 0.3, "gate": 4.0, "confirm_hits": 2.0, "confirm_window": 0.0}

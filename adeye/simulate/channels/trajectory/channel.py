@@ -27,6 +27,7 @@ from adeye.kernel.road import (
     center_beside,
     ground_of,
     is_beside,
+    lane_left,
     lane_width,
     lanes_right,
     left_edge,
@@ -145,6 +146,10 @@ def calm_length(record: Any, speed: float, height: float) -> float:
 ) = range(3)
 MEMORY_WIDTH: Final = 3
 
+_OUT: Final = 0.8
+"""Share of a path to another lane at whose end the ego is out of the one before: of its height 94 %
+are driven then."""
+
 LOST: Final = 0.6
 """Lateral distance from its own path from which the planner begins anew [m]: somebody else has
 driven. Our choice."""
@@ -218,6 +223,34 @@ def lay_paths(
             left = driven[profiles.PATH_START] + driven[profiles.PATH_LENGTH] - s
             length = min(length, left)
         profiles.lay_path(paths[row], s, d, slope, bend, target, length)
+        _look_along(
+            record, ground, pose[POSE_SPEED], center if np.isnan(lane) else lane, paths[row]
+        )
+
+
+@inlined
+def _look_along(record: Any, ground: Ground, speed: float, lane: float, path: Floats) -> None:
+    """Write what is left of the lanes that a path leads through, and what it costs to be in its.
+
+    Args:
+        record: Has ``length``, ``weight_lane_change`` and ``weight_change``.
+        ground: The road.
+        speed: Of the ego [m/s].
+        lane: Centre of the lane that the path leads to, from the shoulder of that beside it [m].
+        path: (PATH_ROW,) in and out.
+    """
+    s, d = path[profiles.PATH_START], path[profiles.PATH_0]
+    far = driving.MOST_CHANGES * driving.way_to_change(speed)
+    room, changes = lane_left(ground, s, lane, far)
+    path[profiles.PATH_COST] = cost.leaving_cost(record, speed, room, abs(changes))
+    if np.isnan(path[profiles.PATH_LANE]):
+        room = math.inf
+    elif abs(lane - d) > 0.5 * lane_width(ground, s, lane):
+        # Until the ego is out of its lane, that must not have ended.
+        here = lane_left(ground, s, d, far)[0]
+        if _OUT * path[profiles.PATH_LENGTH] + 0.5 * record["length"] > here:
+            room = min(room, here)
+    path[profiles.PATH_ROOM] = room
 
 
 @inlined
@@ -249,12 +282,12 @@ def path_cost(record: Any, path: Floats, row: int, memory: Floats, driven: Float
 
     Args:
         record: Parameters, see ``channel.TrajectoryChannel``.
-        path: (PATH_ROW,).
+        path: (PATH_ROW,), its cost that of having to leave its lane.
         row: Which path of the fan it is.
         memory: (MEMORY_WIDTH,).
         driven: (PATH_ROW,) path that is being driven.
     """
-    total = 0.0
+    total = path[profiles.PATH_COST]
     if np.isnan(path[profiles.PATH_LANE]):
         total += record["weight_shoulder"]
     else:
@@ -341,6 +374,7 @@ def candidate_cost(fan: Fan, row: int, column: int, limit: float) -> float:
     record, path, profile = fan.record, fan.paths[row], fan.profiles[column]
     window, others = fan.windows[column], fan.others
     total = path[profiles.PATH_COST] + fan.levels[column, LEVEL_COST]
+    total += cost.end_cost(record, profile, path[profiles.PATH_ROOM])
     if total >= limit:
         return float(total)
     slowest = min(fan.pose[POSE_SPEED], profile[SAMPLES - 1, profiles.PROFILE_SPEED])

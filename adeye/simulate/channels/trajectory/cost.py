@@ -23,6 +23,7 @@ from adeye.kernel.profiles import at_path, margin_at, predict_body
 from adeye.kernel.road import Ground, ground_of, lane_width, limit_at, local
 from adeye.signals import FIRST_FREE, LAST_FREE
 from adeye.simulate.channels.corridor import MAX_SPEED_VARIANCE
+from adeye.simulate.channels.driving import room_to_stand, way_to_change
 from adeye.simulate.channels.perception import tracks as columns
 from adeye.simulate.channels.perception.pose import POSE_HEADING, POSE_S, POSE_X, POSE_Y
 from adeye.simulate.channels.perception.step import NOTE_END
@@ -226,6 +227,15 @@ _TURN_SLACK: Final = 0.5
 _MOST_REQUIRED: Final = 20.0
 """Required deceleration beyond which more makes no difference [m/s²]."""
 
+_LEAVING: Final = 30.0
+_MOST_URGENT: Final = 8.0
+"""What a lane that has to be left costs at least for each change, and how many times as much where
+little of it is left. Our choice."""
+
+_OVER: Final = 10.0
+"""What each metre costs that the ego comes nearer to the end of its lane than it should. Our
+choice."""
+
 _REACTION: Final = 0.4
 _DISTANCE_TIME: Final = 1.0
 """UN R79 5.6.4.7: who comes from behind begins to brake 0.4 s after the lane change has begun, and
@@ -340,6 +350,46 @@ def object_cost(  # noqa: PLR0913, PLR0917 - a kernel
 
 
 @inlined
+def end_cost(record: Any, profile: Floats, room: float) -> float:
+    """Return what the end of the lane costs: the braking to come, as for who stands there.
+
+    Args:
+        record: Parameters, see ``channel.TrajectoryChannel``.
+        profile: (SAMPLES, PROFILE_ROW).
+        room: What is left of the lane [m], infinity where it goes on.
+    """
+    if room == math.inf:
+        return 0.0
+    way, speed = (
+        profile[SAMPLES - 1, profiles.PROFILE_S],
+        profile[SAMPLES - 1, profiles.PROFILE_SPEED],
+    )
+    left = room_to_stand(record, room) - way
+    if left > 0.0 or way == 0.0:
+        return _cost_of(record, required_deceleration(left, speed, 0.0, 0.0))
+    # Where it is too late for any braking, the least way beyond is best.
+    return _cost_of(record, _MOST_REQUIRED) - _OVER * left
+
+
+@inlined
+def leaving_cost(record: Any, speed: float, room: float, changes: int) -> float:
+    """Return what a lane costs that has to be left: the more, the less of it is left.
+
+    Args:
+        record: Parameters, see ``channel.TrajectoryChannel``.
+        speed: Of the ego [m/s].
+        room: What is left of the lane [m].
+        changes: How many lead to one that goes on.
+    """
+    needed = changes * way_to_change(speed)
+    if room >= needed:
+        return 0.0
+    # Dearer than the change itself, even where that is cheap.
+    once = max(_LEAVING, 2.0 * (record["weight_lane_change"] + record["weight_change"]))
+    return float(once * changes * min(_MOST_URGENT, needed / max(room, 1.0)))
+
+
+@inlined
 def _required_at_end(
     record: Any, gap: float, speed: float, front_speed: float, body: Floats
 ) -> float:
@@ -350,6 +400,12 @@ def _required_at_end(
     room = gap - 0.5 * record["standstill_gap"]
     braking = body[profiles.OBJECT_BRAKING] if front_speed > 0.0 else 0.0
     required = required_deceleration(room, speed, max(0.0, front_speed), braking)
+    return _cost_of(record, required)
+
+
+@inlined
+def _cost_of(record: Any, required: float) -> float:
+    """Return the cost of a deceleration that is required at the end of the horizon."""
     required = min(required, _MOST_REQUIRED)
     share = required / record["comfort_deceleration"]
     cost = record["weight_comfort"] * share * share
