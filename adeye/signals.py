@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adeye.kernel.relation import TIME_SLACK
-from adeye.kernel.road import Ground, Grounds
+from adeye.kernel.road import PARTS, Ground, Grounds
 from adeye.kernel.strips import (
     SLAB_BEGIN,
     SLAB_LANES,
@@ -586,6 +586,9 @@ def scene_signals(object_ids: tuple[str, ...], lanes: int) -> dict[str, SignalTy
             "1", 1.0, f"lane, 0 at the right to {lanes - 1}; -1 off the lanes", **lane
         ),
         "ego.lane_offset": number("m", 1.0, "distance from the nearest lane's centre, left > 0"),
+        "ego.speed_limit": number("m/s", 10.0, "limit of the nearest lane of its way", least=0.0),
+        "ego.strip": SignalType("1", 1.0, "enumeration", "what its centre is on", PARTS),
+        "ego.wrong_way": _boolean("in a lane of the other way, or against its lane"),
         "ego.on_road": _boolean("centre of the ego on a lane, shoulder, bay, rest area or verge"),
         "ego.in_refuge": _boolean("whole ego in a parking bay or rest area"),
         "ego.at_goal": _boolean("the ego has arrived at its goal before the horizon"),

@@ -5,8 +5,9 @@ from __future__ import annotations
 import hashlib
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,14 +19,21 @@ from adeye.identity import digest
 from adeye.kernel.relation import tick_times
 from adeye.simulate.channels.factory import make_channel
 from adeye.simulate.faults.schedule import TIME_TOLERANCE
-from adeye.simulate.world.check import Finding, check_scenario, check_worlds, parameters_used
+from adeye.simulate.world.check import (
+    Finding,
+    check_scenario,
+    check_worlds,
+    missing_lanes,
+    parameters_used,
+)
 from adeye.simulate.world.storyboard import trigger_variables
 from adeye.spec.architecture import HEALTH
 from adeye.spec.clock import ticks
 from adeye.spec.concept import Concept, budgets_of
 from adeye.spec.expression import Expression, may_hold, to_program
 from adeye.spec.fault import Fault, Late
-from adeye.spec.load import Loaded, OddFiles, load_architecture, shipped
+from adeye.spec.load import Loaded, OddFiles, at_place, load_architecture, shipped
+from adeye.spec.places import ROAD, PlaceRoad, place_of
 from adeye.spec.plausible import BOUNDS, Implausible, implausible
 from adeye.spec.quantity import Record, require_dimension
 from adeye.spec.sensor_faults import SensorFault
@@ -114,7 +122,9 @@ def check_scenarios(files: OddFiles) -> None:
         SpecError: The first that is wrong, with its place.
     """
     for item in files.scenarios.values():
-        for loc, message in check_scenario(item.spec):
+        # On a map each place has its own lanes, see ``refused_places``.
+        passed = list(missing_lanes(item.spec)) if item.spec.world.map else []
+        for loc, message in (one for one in check_scenario(item.spec) if one not in passed):
             raise SpecError(message, where=item.locate(loc))
 
 
@@ -127,9 +137,8 @@ def check_defaults(scenario: LogicalScenario) -> list[Finding]:
     Returns:
         Place and message of the first value that is not possible or not plausible; empty for none.
     """
-    usual = load_architecture(shipped("odd") / "architectures" / "reference_cc.yaml").spec
     try:
-        check_worlds([World(scenario, default_values(scenario), usual, 1.0, 0)])
+        check_worlds([World(scenario, default_values(scenario), _usual(), 1.0, 0)])
     except InputError as error:
         return [
             (
@@ -138,6 +147,71 @@ def check_defaults(scenario: LogicalScenario) -> list[Finding]:
             )
         ]
     return []
+
+
+@cache
+def _usual() -> Architecture:
+    return load_architecture(shipped("odd") / "architectures" / "reference_cc.yaml").spec
+
+
+def refused_starts(
+    loaded: Loaded[LogicalScenario], places: Iterable[PlaceRoad]
+) -> Iterator[tuple[PlaceRoad, str]]:
+    """Yield places of a scenario, each with why it cannot start there at its defaults, or nothing.
+
+    Args:
+        loaded: The scenario, on a map.
+        places: Of it.
+    """
+    for place in places:
+        spec = at_place(loaded, place).spec
+        findings = [*missing_lanes(spec)] or check_defaults(spec)
+        yield place, "; ".join(f"{'.'.join(map(str, loc))}: {text}" for loc, text in findings[:1])
+
+
+def refused_places(expansion: Expansion, seen: set[object]) -> dict[str, dict[str, InputError]]:
+    """Find the places of maps at which scenarios cannot start with some values of their sweep.
+
+    Args:
+        expansion: The test cases of a plan.
+        seen: Takes which worlds have been computed, for ``check_cases``.
+
+    Returns:
+        By scenario of the ODD and by place, why.
+    """
+    refused: dict[str, dict[str, InputError]] = {}
+    for section in expansion.sections:
+        if all(axis.path != ROAD for axis in section.group.axes):
+            continue
+        shared = expansion.shared(section)
+        found, place = refused.setdefault(shared.scenario_id, {}), place_of(shared.scenario)
+        if place in found or not _is_new((shared.scenario_id, *_worlds_key(section, shared)), seen):
+            continue
+        lanes = list(missing_lanes(shared.scenario))
+        if lanes:
+            where = section.group.scenario.locate(lanes[0][0])
+            found[place] = SpecError(f"{lanes[0][1]}, at place {place}", where=where)
+            continue
+        try:
+            _check_worlds(expansion, section)
+        except SpecError as error:
+            found[place] = error
+    return {name: found for name, found in refused.items() if found}
+
+
+def tell_refused(
+    expansion: Expansion, refused: Mapping[str, Mapping[str, InputError]]
+) -> Iterator[str]:
+    """Tell of how many places how many are left, and why the others are refused."""
+    for name, found in refused.items():
+        groups = (item.group for item in expansion.sections if item.group.use.name == name)
+        left = next(len(axis) for group in groups for axis in group.axes if axis.path == ROAD)
+        why: dict[str, list[str]] = {}
+        for place, error in found.items():
+            why.setdefault(error.message.removesuffix(f", at place {place}"), []).append(place)
+        told = "; ".join(f"{', '.join(places)}: {message}" for message, places in why.items())
+        total = left + len(found)
+        yield f"{name}: {left:,} of {total:,} places, {len(found):,} refused ({told})"
 
 
 def check_onsets(files: OddFiles) -> None:
@@ -261,7 +335,7 @@ def same_scenarios(expansion: Expansion) -> Iterator[str]:
             )
 
 
-def check_cases(expansion: Expansion) -> tuple[str, ...]:
+def check_cases(expansion: Expansion, seen: set[object] | None = None) -> tuple[str, ...]:
     """Check what a sweep makes of the files: every variant and every value of the worlds.
 
     Every point is looked at, ``BATCH`` of them at a time; a variant, and a world that only
@@ -269,6 +343,7 @@ def check_cases(expansion: Expansion) -> tuple[str, ...]:
 
     Args:
         expansion: The test cases of the plan.
+        seen: What has been checked already, see ``refused_places``.
 
     Returns:
         What the user should know of its axes; no error.
@@ -284,7 +359,7 @@ def check_cases(expansion: Expansion) -> tuple[str, ...]:
         use.name: files.odd.locate(("scenarios", number, "sweep"))
         for number, use in enumerate(files.odd.spec.scenarios)
     }
-    seen: set[object] = set()
+    seen = set() if seen is None else seen
     for section in expansion.sections:
         shared = expansion.shared(section)
         where = sweeps[shared.scenario_id]
@@ -588,5 +663,7 @@ def _check_worlds(expansion: Expansion, section: Section) -> None:
             path = guilty_path(error)
             place = author(expansion.files, group, scenario, path)
             said = error.message if place is None else f"with the ODD's values, {error.message}"
+            if scenario.world.map is not None:
+                said += f", at place {place_of(scenario)}"
             where = place or group.scenario.locate(path)
             raise SpecError(said, where=where, remedy=error.remedy) from error

@@ -30,7 +30,7 @@ from adeye.judge.uncertainty import judged_digest
 from adeye.simulate.engine import DEFAULT_BACKEND, DRIVER, EngineIdentity, identity
 from adeye.spec.architecture import Architecture
 from adeye.spec.fault import FAULT, Injected, idle_faults
-from adeye.spec.load import INPUTS, OddFiles, load_odd
+from adeye.spec.load import INPUTS, MAPS, OddFiles, load_odd
 from adeye.spec.odd import Attributes, Distribution, Odd
 from adeye.spec.quantity import SI, Record
 from adeye.spec.scenario import LogicalScenario
@@ -497,6 +497,7 @@ class CampaignPlan:
                 INPUTS: self.files.inputs(
                     path for source in sources(self) for path in source.paths()
                 ),
+                MAPS: self.files.map_notes(),
                 FOLDERS: {name: folder.as_posix() for name, folder in self.folders.items()},
                 "numerics_version": self.engine.numerics_version,
                 "driver": self.driver,
@@ -608,6 +609,9 @@ def make_plan(
         check_half_step(files)
     concept, judged = files.concept, judged_plan(files, parts)
     requirements = check_requirements(concept.spec, judged, concept.locate)
+    seen: set[object] = set()
+    refused = check.refused_places(expansion, seen)
+    expansion = expand(files, refused) if refused else expansion
     plan = CampaignPlan(
         path=Path(path),
         files=files,
@@ -615,11 +619,11 @@ def make_plan(
         engine=engine,
         requirements=requirements,
         parts=parts,
-        notices=tuple(_notices(files)),
+        notices=(*_notices(files), *check.tell_refused(expansion, refused)),
     )
     if not plan.cases:
         raise SpecError("the plan has no test cases", where=files.odd.locate(("scenarios",)))
-    axes = check.check_cases(expansion)
+    axes = check.check_cases(expansion, seen)
     alike = *check.same_architectures(files, parts), *check.same_scenarios(expansion)
     idle = tuple(f"fault {name} {why}" for name, why in idle_faults(plan.faults, plan.injected))
     plan = replace(plan, notices=(*plan.notices, *axes, *alike, *idle))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -54,7 +55,9 @@ def show_scenario(
     catalogue: Catalogue = None,
     json: Json = False,
 ) -> None:
-    """Show one scenario: parameters with their ranges, actors, storyboard, origin.
+    """Show one scenario: parameters with ranges, actors, storyboard, origin, places of its maps.
+
+    At a place that is refused the scenario cannot start with its default values.
 
     Parameters:
         name: Id of the scenario.
@@ -69,7 +72,9 @@ def show_scenario(
     require_known([name], sorted(known), lambda name: f"there is no scenario {name!r} in {where}")
     loaded = load_scenario(known[name])
     if json:
-        out.emit_json("scenario-show", {**_entry(name, loaded), "content": loaded.content})
+        found = _places(loaded) if loaded.spec.world.map else {}
+        entry = {**_entry(name, loaded), "content": loaded.content, **found}
+        out.emit_json("scenario-show", entry)
     else:
         _print(name, loaded)
 
@@ -119,15 +124,20 @@ def _scenarios_of(path: Path) -> Iterable[Path]:
 
 
 def _findings(path: Path) -> Iterator[InputError]:
-    from adeye.campaign.check import check_defaults
+    from adeye.campaign.check import check_defaults, refused_starts
     from adeye.simulate.world.check import check_purpose, check_scenario
-    from adeye.spec.load import load_scenario
+    from adeye.spec.load import at_place, load_scenario
+    from adeye.spec.places import find_places
 
     try:
         loaded = load_scenario(path)
     except InputError as error:
         yield error
         return
+    if loaded.spec.world.map:
+        starts = refused_starts(loaded, find_places(loaded.spec, loaded.locate))
+        place = next((place for place, refusal in starts if not refusal), None)
+        loaded = at_place(loaded, place) if place else loaded
     spec = loaded.spec
     for loc, message in check_scenario(spec) or [*check_defaults(spec), *check_purpose(spec)]:
         yield SpecError(message, where=loaded.locate(loc))
@@ -173,6 +183,48 @@ def _action(event: Event) -> str:
     return next(name for name in names if getattr(event, name) is not None)
 
 
+def _places(loaded: Loaded[LogicalScenario]) -> dict[str, Any]:
+    """List the places of a scenario's maps, and count by reason what was looked at beside."""
+    from adeye.campaign.check import refused_starts
+    from adeye.spec.places import look_for_places
+
+    found, lacking = look_for_places(loaded.spec, loaded.locate)
+    places = [
+        {
+            "key": key,
+            "road_type": key.place.road_type,
+            "lanes": key.place.lanes,
+            "speed_limit_mps": key.place.speed_limit,
+            "is_limit_guessed": key.place.is_guessed,
+            "radius_m": key.place.radius if key.place.radius < math.inf else None,
+            "refused": refusal or None,
+        }
+        for key, refusal in refused_starts(loaded, found)
+    ]
+    return {"places": places, "lacking": lacking}
+
+
+def _print_places(loaded: Loaded[LogicalScenario]) -> None:
+    found = _places(loaded)
+    places, refused = found["places"], sum(item["refused"] is not None for item in found["places"])
+    beside = [f"{count:,} {reason}" for reason, count in sorted(found["lacking"].items())]
+    out.emit_line(f"Places: {len(places) - refused:,} of {len(places):,}, {refused:,} refused")
+    if beside:
+        out.emit_line(f"Beside them: {out.listed(beside)}")
+    rows: list[Sequence[object]] = [
+        [
+            item["key"],
+            item["road_type"],
+            item["lanes"],
+            f"{item['speed_limit_mps'] * 3.6:.0f} km/h{' (guessed)' * item['is_limit_guessed']}",
+            "" if item["radius_m"] is None else f"{item['radius_m']:.0f} m",
+            item["refused"] or "",
+        ]
+        for item in places
+    ]
+    out.emit_table(("Place", "Road", "Lanes", "Limit", "Narrowest bend", "Refused"), rows)
+
+
 def _print(name: str, loaded: Loaded[LogicalScenario]) -> None:
     spec = loaded.spec
     out.emit_fields(
@@ -201,6 +253,8 @@ def _print(name: str, loaded: Loaded[LogicalScenario]) -> None:
         for key, event in spec.storyboard.items()
     ]
     out.emit_table(("Event", "Actor", "When", "Action"), rows, title="Storyboard")
+    if spec.world.map:
+        _print_places(loaded)
 
 
 add(scenario_app, list_scenarios, name="list")

@@ -19,6 +19,7 @@ from adeye.judge.series import (
 )
 from adeye.judge.stl.series import SampleStatus, declared_series
 from adeye.kernel.relation import differences
+from adeye.kernel.road import RULE_LIMIT, RULE_PART, RULE_WRONG_WAY, road_rules
 from adeye.signals import (
     MOST_LANES,
     Bools,
@@ -64,6 +65,7 @@ _EGO: Final = {
     "acceleration": columns.EGO_ACCELERATION,
     "steering_angle": columns.EGO_STEERING,
 }
+_RULES: Final = {"speed_limit": RULE_LIMIT, "strip": RULE_PART, "wrong_way": RULE_WRONG_WAY}
 _OBJECT: Final = {
     "x": columns.OBJECT_X,
     "y": columns.OBJECT_Y,
@@ -236,6 +238,13 @@ class TraceSignals:
         """(B, T) whether the ego stands on the road, clear of every object."""
         return np.asarray(self.is_standstill & self.is_on_road & ~self.measured.touched)
 
+    @cached_property
+    def _rules(self) -> Floats:
+        places = cast("Floats", self._column("ego_place"))
+        align = self._ego(columns.EGO_HEADING) - places[..., columns.PLACE_HEADING]
+        place = places[..., columns.PLACE_S], places[..., columns.PLACE_D]
+        return road_rules(self.trace.layout.context.road.grounds(), *place, align)
+
     def _series(self, name: str) -> Series:
         if name in SERIES:
             return self.measured.series(name)
@@ -287,6 +296,11 @@ class TraceSignals:
             return _reading(stands, self._place(columns.PLACE_D), heading)
         if what == "at_goal":
             return _reading(at_goal(self.trace), self._place(columns.PLACE_S))
+        if what in _RULES:
+            rule = self._rules[..., _RULES[what]]
+            asked = rule.astype(np.bool_) if what == "wrong_way" else rule
+            heading = self._ego(columns.EGO_HEADING)
+            return _reading(asked, self._place(columns.PLACE_D), heading)
         if what == "lane":
             return _reading(self._place(columns.PLACE_LANE), self._place(columns.PLACE_D))
         if what == "lane_offset":

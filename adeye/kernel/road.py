@@ -646,3 +646,65 @@ def mark_in_refuge(grounds: Grounds, size: Floats, s: Floats, d: Floats, align: 
                 grounds, run, size[run], s[run, row], d[run, row], sine / cosine
             )
     return marks
+
+
+# --- What the road asks of who is at a place ------------------------------------------------------
+
+PARTS: Final = (*strips.KINDS, "oncoming", "off")
+"""What a place is part of: a lane that is not of the other way is ``driving``."""
+ONCOMING, OFF = len(strips.KINDS), len(strips.KINDS) + 1
+
+RULES: Final = ("limit", "part", "wrong_way")
+RULE_LIMIT, RULE_PART, RULE_WRONG_WAY = range(3)
+
+
+@inlined
+def part_at(ground: Ground, s: float, d: float) -> int:
+    """Return what a place is part of, see ``PARTS``; a bay or rest area is for parking."""
+    if has_strips(ground):
+        row = strips.strip_at(ground.slabs, ground.strips, s, d)
+        if row >= 0:
+            kind, way = ground.strips[row, strips.STRIP_KIND], ground.strips[row, strips.STRIP_WAY]
+            return ONCOMING if kind == strips.DRIVING and way == strips.OPPOSITE else int(kind)
+        edge = strips.paved_ends(ground.slabs, ground.strips, s)[0]
+    elif lane_of(ground, s, d) >= 0:
+        return strips.DRIVING
+    else:
+        edge = -ground.shoulder
+        if edge <= d < 0.0:
+            return strips.SHOULDER
+    if edge - refuge_depth(ground.refuges, s) <= d < edge:
+        return strips.PARKING
+    return strips.OTHER if edge - ground.verge <= d < edge else OFF
+
+
+@inlined
+def _rules_at(
+    grounds: Grounds, run: int, s: float, d: float, align: float
+) -> tuple[float, int, bool]:
+    """Return what ``road_rules`` returns of one place."""
+    ground = ground_of(grounds, run)
+    part = part_at(ground, s, d)
+    against = part == strips.DRIVING and sin_cos(align)[1] < 0.0
+    return limit_at(ground, s, d), part, against or part == ONCOMING
+
+
+@allocating
+def road_rules(grounds: Grounds, s: Floats, d: Floats, align: Floats) -> Floats:
+    """Return what the road asks of vehicles at places, (B, T, 3) in the order of ``RULES``.
+
+    Wrong way is who is in a lane of the other way, or drives against the ego's way in one of that.
+
+    Args:
+        grounds: Of B runs.
+        s: (B, T) along the road [m].
+        d: (B, T) from the right edge to the left [m].
+        align: (B, T) heading against the road's [rad].
+    """
+    rules = np.zeros((d.shape[0], d.shape[1], len(RULES)))
+    for run in range(d.shape[0]):
+        for row in range(d.shape[1]):
+            limit, part, wrong = _rules_at(grounds, run, s[run, row], d[run, row], align[run, row])
+            rules[run, row, RULE_LIMIT], rules[run, row, RULE_PART] = limit, part
+            rules[run, row, RULE_WRONG_WAY] = 1.0 if wrong else 0.0
+    return rules

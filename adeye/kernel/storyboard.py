@@ -17,10 +17,11 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from adeye.kernel.elementary import atan2, sin_cos
+from adeye.kernel.elementary import atan, atan2, sin_cos
 from adeye.kernel.jit import compiled
 from adeye.kernel.postfix import Programs, is_satisfied
-from adeye.kernel.road import position
+from adeye.kernel.road import Ground, Grounds, ground_of, lane_center, position
+from adeye.kernel.strips import middle_of_lane
 
 # --- Manoeuvres of a scripted actor as closed forms of the time since they began ------------------
 
@@ -65,6 +66,9 @@ STEEPEST: Final = math.tan(math.radians(30.0))
 
 TURNING_RADIUS: Final = 6.0
 """Least radius that the centre of a vehicle drives [m], of a passenger car."""
+
+MOST_DRIFT: Final = 0.2
+"""Way to the side over way along the road of the middle of a lane, at most. Our choice."""
 
 LATERAL_ACCELERATION: Final = 3.0
 """With which a lane change that begins with a lateral speed changes it [m/s²]: the most that UN R79
@@ -362,7 +366,9 @@ Bools = NDArray[np.bool_]
 ACTION_ACTOR, ACTION_KIND, ACTION_TARGET, ACTION_RATE, ACTION_JERK, ACTION_SHAPE = range(6)
 ACTION_RELATIVE, ACTION_DELAY = range(6, 8)
 """Variable that a target speed is added to, -1 for none; ticks from its condition to its begin."""
-ACTION_WIDTH: Final = 8
+ACTION_LANE: Final = 8
+"""Lane on a road told strip by strip whose centre is the target when it begins, -1 for none."""
+ACTION_WIDTH: Final = 9
 CHANGE_TO, CHANGE_BY, CHANGE_SPEED, CROSS = range(4)
 """Kinds: to a lateral place, by a lateral distance, to a speed, across to a lateral place."""
 
@@ -556,6 +562,55 @@ def move_actors(
             for actor in range(scripted.shape[0]):
                 if scripted[actor]:
                     move_actor(actors[run, actor], segments[run], tick, step, objects[run, actor])
+
+
+@compiled
+def follow_lanes(
+    running: Bools,
+    script: Script,
+    actors: Floats,
+    places: Floats,
+    grounds: Grounds,
+    objects: Floats,
+) -> None:
+    """Move actors that keep a lane with its middle, and aim at lanes where they are, over a tick.
+
+    Args:
+        running: (B,).
+        script: The storyboard; the targets of its lane changes are written.
+        actors: (B, A, ACTOR_WIDTH) in and out.
+        places: (B, A) where they were along the road [m]; those that follow no storyboard stay.
+        grounds: Of B runs, told strip by strip.
+        objects: (B, M, 5) out, the first A rows.
+    """
+    for run in range(running.shape[0]):
+        if not running[run]:
+            continue
+        ground = ground_of(grounds, run)
+        for actor in range(actors.shape[1]):
+            _follow_lane(actors[run, actor], ground, places[run, actor], objects[run, actor])
+        for event in range(script.actions.shape[1]):
+            action = script.actions[run, event]
+            if action[ACTION_LANE] >= 0.0:
+                s = actors[run, int(action[ACTION_ACTOR]), S]
+                action[ACTION_TARGET] = lane_center(ground, s, int(action[ACTION_LANE]))
+
+
+@compiled
+def _follow_lane(row: Floats, ground: Ground, before: float, out: Floats) -> None:
+    """Move an actor sideways as far as the middle of its lane has moved since a place before."""
+    way = row[S] - before
+    if way == 0.0 or row[ACROSS] != 0.0 or row[WALKS] != 0.0:
+        return
+    drift = middle_of_lane(ground.slabs, ground.strips, row[S], row[D])
+    drift -= middle_of_lane(ground.slabs, ground.strips, before, row[D])
+    # Where another lane begins under it, or none is, it keeps its place.
+    if drift == 0.0 or not abs(drift) <= MOST_DRIFT * abs(way):
+        return
+    row[D] += drift
+    row[BASE] += drift
+    row[HEADING] += atan(drift / way)
+    write_actor(row, ground.segments, out[3], out[4], out)
 
 
 @compiled

@@ -207,6 +207,16 @@ def opposite_ends(slabs: Floats, strips: Floats, s: float, lane: int) -> tuple[f
 
 
 @compiled
+def middle_of_lane(slabs: Floats, strips: Floats, s: float, d: float) -> float:
+    """Return d of the middle of the lane, either way, that a place is in [m]; NaN off them."""
+    row = strip_at(slabs, strips, s, d)
+    if row < 0 or strips[row, STRIP_KIND] != DRIVING:
+        return math.nan
+    right, left = _ends(slabs, strips, s, row, slab_at(slabs, s))
+    return 0.5 * (right + left)
+
+
+@compiled
 def limit_at(slabs: Floats, strips: Floats, s: float, d: float) -> float:
     """Return the speed limit of the lane of the ego's way that is nearest to a place [m/s]."""
     slab = slab_at(slabs, s)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Final, Literal
+from typing import Final, Literal, get_args
 
 from adeye.errors import InputErrors, SourceLocation, SpecError
 from adeye.maps.xml_source import Element
@@ -67,10 +67,13 @@ class Losses:
 
     Attributes:
         about: Which road or junction they are of now; begins their messages.
+        taken: How many elements were taken.
+        given: How many rules beside the map say what it leaves to a guess.
     """
 
     def __init__(self) -> None:
         self.about = ""
+        self.taken = self.given = 0
         self._found: list[Loss] = []
         self._counts: dict[str, int] = {}
 
@@ -83,6 +86,13 @@ class Losses:
     def __len__(self) -> int:
         """Count them; what is not read at all counts once for each kind of it."""
         return len(self._found)
+
+    def counts(self) -> dict[str, int]:
+        """Count what was taken, and the losses by their kind."""
+        found = {"taken": self.taken, **dict.fromkeys(get_args(LossKind), 0)}
+        for loss in self:
+            found[loss.kind] += loss.count
+        return found
 
     def add(self, kind: LossKind, part: Element, message: str) -> None:
         """Note what became of an element."""
@@ -107,6 +117,7 @@ class Losses:
 
     def ignore_rest(self, part: Element) -> None:
         """Note of an element what nobody took out of it."""
+        self.taken += 1
         for name, value in part.attributes.items():
             is_said = (part.tag, name) in _SILENT or (part.tag, name, value) in _IMPLIED
             if not is_said and not name.startswith(("xmlns", "xsi:")):

@@ -23,10 +23,10 @@ from adeye.report.faults import fault_evidence
 from adeye.report.metrics import dead_axes, summarise
 from adeye.report.model.assessment import FaultEvidence
 from adeye.report.model.part import Label
-from adeye.report.model.report import Cell, Report, WorstCase
+from adeye.report.model.report import Cell, MapNote, Report, WorstCase
 from adeye.report.page.replay import Replay
 from adeye.spec.concept import Concept, Requirement
-from adeye.spec.load import odd_of
+from adeye.spec.load import MAPS, odd_of
 from adeye.spec.quantity import SI
 from adeye.store.location import option
 from adeye.store.read.bulk import Figures
@@ -146,6 +146,9 @@ class ReportBuilder:
             message=message,
             determinism=determinism(
                 str(provenance.get("backend", "")), str(provenance.get("variant", ""))
+            ),
+            maps=tuple(
+                MapNote(name=name, **counts) for name, counts in provenance.get(MAPS, {}).items()
             ),
             statements=self._statements(),
             planned=progress.planned,

@@ -17,7 +17,7 @@ from adeye.spec.concept import Concept, asil_problems
 from adeye.spec.document import Document, Loc, has_part, load_document, validate
 from adeye.spec.grid import GridSettings
 from adeye.spec.odd import Odd
-from adeye.spec.places import SOME_ROAD, find_places, is_on_map, map_files
+from adeye.spec.places import SOME_ROAD, PlaceRoad, find_places, is_on_map, map_files, map_notes
 from adeye.spec.plausible import FileRecord, implausible
 from adeye.spec.quantity import Record
 from adeye.spec.scenario import LogicalScenario
@@ -29,6 +29,8 @@ Spec = TypeVar("Spec", bound=Record)
 
 INPUTS: Final = "inputs"
 """Key of a campaign's provenance: what ``OddFiles.inputs`` gives."""
+MAPS: Final = "maps"
+"""Key of it: what ``OddFiles.map_notes`` gives."""
 SCENARIOS: Final = "scenarios_db"
 """Folder of scenarios, of a project and of the package."""
 
@@ -88,6 +90,13 @@ class OddFiles:
                         yield loaded.path.parent / name
         for scenario in self.scenarios.values():
             yield from map_files(scenario.spec, scenario.locate)
+
+    def map_notes(self) -> dict[str, dict[str, int]]:
+        """Count by map what was made of it, see ``places.map_notes``."""
+        notes: dict[str, dict[str, int]] = {}
+        for item in self.scenarios.values():
+            notes |= map_notes(item.spec, item.locate)
+        return notes
 
     def inputs(self, more: Iterable[Path] = ()) -> dict[str, str]:
         """Hash the project's files that it was read from, and those that these name.
@@ -198,7 +207,11 @@ def load_scenario(path: str | Path) -> Loaded[LogicalScenario]:
             where=loaded.locate(("world", "map")),
             remedy="Keep one of them.",
         )
-    place = find_places(loaded.spec, loaded.locate)[0]
+    return at_place(loaded, find_places(loaded.spec, loaded.locate)[0])
+
+
+def at_place(loaded: Loaded[LogicalScenario], place: PlaceRoad) -> Loaded[LogicalScenario]:
+    """Return a scenario on a map as it is at one of its places."""
     content = {**loaded.content, "world": {**loaded.content["world"], "road": place.content}}
     spec = validate(_Merged(content, loaded.documents), LogicalScenario)
     return replace(loaded, spec=spec, content=content)

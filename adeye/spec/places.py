@@ -74,6 +74,12 @@ class PlaceRoad(str):
         return _road(self.place)
 
 
+def place_of(scenario: LogicalScenario) -> str:
+    """Return the key of the place that a scenario's road is at; empty without a map."""
+    road = scenario.world.road
+    return road.place if road.kind == "imported" else ""
+
+
 def is_on_map(content: Any) -> bool:
     """Tell whether a scenario as written names a map instead of a road."""
     world = content.get("world") if isinstance(content, Mapping) else None
@@ -90,6 +96,16 @@ def map_files(scenario: LogicalScenario, locate: Callable[[Loc], SourceLocation]
     maps = _maps(scenario, locate)
     beside = {path.with_name(RULES) for path in maps}
     return [*maps, *(rules for rules in sorted(beside) if rules.is_file())]
+
+
+def map_notes(
+    scenario: LogicalScenario, locate: Callable[[Loc], SourceLocation]
+) -> dict[str, dict[str, int]]:
+    """Count by map what was made of it: rules that are given, and elements by what became of them.
+
+    A limit of speed that a lane lacks is guessed as well. Changes of it change no road.
+    """
+    return {path.name: _lanes(path, _state(path))[1] for path in _maps(scenario, locate)}
 
 
 def _maps(scenario: LogicalScenario, locate: Callable[[Loc], SourceLocation]) -> list[Path]:
@@ -113,6 +129,21 @@ def find_places(
     Raises:
         SpecError: A map cannot be read, or no place has it.
     """
+    found, reasons = look_for_places(scenario, locate)
+    if not found:
+        looked = ", ".join(f"{count:,} {reason}" for reason, count in sorted(reasons.items()))
+        raise SpecError(
+            f"world.place: no place of the map has what is asked: {looked or 'it has none'}",
+            where=locate(("world", "place")),
+            remedy="Ask for less, or take another map; adeye map show tells what one has.",
+        )
+    return found
+
+
+def look_for_places(
+    scenario: LogicalScenario, locate: Callable[[Loc], SourceLocation]
+) -> tuple[tuple[PlaceRoad, ...], Mapping[str, int]]:
+    """Find what ``find_places`` finds, be it nothing, and count what lacks it by reason."""
     from adeye.maps.places import Asked
 
     query = scenario.world.place
@@ -143,14 +174,7 @@ def find_places(
             where=locate(("world", "map")),
             remedy="Name the files of maps differently.",
         )
-    if not found:
-        looked = ", ".join(f"{count:,} {reason}" for reason, count in sorted(reasons.items()))
-        raise SpecError(
-            f"world.place: no place of the map has what is asked: {looked or 'it has none'}",
-            where=locate(("world", "place")),
-            remedy="Ask for less, or take another map; adeye map show tells what one has.",
-        )
-    return tuple(found)
+    return tuple(found), reasons
 
 
 def _road(place: Place) -> dict[str, Any]:
@@ -263,7 +287,9 @@ def read_map(path: Path, *, strict: bool = False) -> tuple[OpenDrive, Losses]:
 
     beside = path.with_name(RULES)
     rules = Rules(beside, path.name, LANE_TYPES) if beside.is_file() else None
-    return read_opendrive(path, rules, strict=strict)
+    drive, losses = read_opendrive(path, rules, strict=strict)
+    losses.given = rules.count if rules else 0
+    return drive, losses
 
 
 def read_places(path: Path, asked: Asked) -> Places:
@@ -272,10 +298,14 @@ def read_places(path: Path, asked: Asked) -> Places:
     Raises:
         SpecError: The map or its rules cannot be read.
     """
-    files = [item for item in (path, path.with_name(RULES)) if item.is_file()]
-    states = [item.stat() for item in files]
     with _kept():
-        return _found(path, tuple((state.st_mtime_ns, state.st_size) for state in states), asked)
+        return _found(path, _state(path), asked)
+
+
+def _state(path: Path) -> tuple[tuple[int, int], ...]:
+    """Return what tells whether a map or the rules beside it have changed."""
+    files = [item for item in (path, path.with_name(RULES)) if item.is_file()]
+    return tuple((state.st_mtime_ns, state.st_size) for state in map(Path.stat, files))
 
 
 @contextmanager
@@ -294,14 +324,18 @@ def _kept() -> Iterator[None]:
 def _found(path: Path, state: object, asked: Asked) -> Places:
     from adeye.maps.places import places_of
 
-    return places_of(_lanes(path, state), path.stem, asked)
+    return places_of(_lanes(path, state)[0], path.stem, asked)
 
 
 @lru_cache(maxsize=4)
-def _lanes(path: Path, state: object) -> Lanes:  # noqa: ARG001 - of the files
+def _lanes(path: Path, state: object) -> tuple[Lanes, dict[str, int]]:  # noqa: ARG001 - of the files
     from adeye.maps.carriageway import Lanes
 
-    return Lanes.of(read_map(path)[0])
+    drive, losses = read_map(path)
+    lanes, counts = Lanes.of(drive), {"given": losses.given, **losses.counts()}
+    own = [row for rows in lanes.own.values() for row in rows]
+    counts["guessed"] += sum(not math.isfinite(lanes.graph.limit[row]) for row in own)
+    return lanes, counts
 
 
 class Rules:
@@ -311,6 +345,9 @@ class Rules:
         path: Of the file.
         name: Of the map.
         types: Of lanes that are known.
+
+    Attributes:
+        count: How many there are.
 
     Raises:
         SpecError: The file cannot be read, or says what it cannot.
@@ -322,6 +359,7 @@ class Rules:
         self._rules = validate(self._document, RulesFile).maps.get(self._name, MapRules())
         self._unused = {("lane_types", key) for key in self._rules.lane_types}
         self._unused |= {("lanes", key) for key in self._rules.lanes}
+        self.count = len(self._unused)
         for key, kind in self._rules.lane_types.items():
             if kind not in types:
                 raise self._error("lane_types", key, f"{kind!r} is no type of lanes")

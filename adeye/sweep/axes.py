@@ -76,11 +76,13 @@ class AxisReader:
         files: The ODD and everything it names.
         use_name: Id of the scenario in the ODD.
         scenario: Its file.
+        refused: Places of its maps at which it cannot start, and why.
     """
 
     files: OddFiles
     use_name: str
     scenario: Loaded[LogicalScenario]
+    refused: Mapping[str, InputError] = field(default_factory=dict)
 
     def read(
         self, name: str, spec: AxisSpec, where: SourceLocation, *, distinct: bool = True
@@ -97,7 +99,7 @@ class AxisReader:
             SweepError: Unknown name, empty axis, a value of the wrong unit or out of range.
         """
         if self._is_place(name):
-            return self._places(spec, where)
+            return self._places(spec, where, distinct=distinct)
         if isinstance(spec, str):
             raise SweepError(
                 f"{shown(spec)} is for the axis place of a scenario on a map",
@@ -169,8 +171,11 @@ class AxisReader:
         is_on_map = self.scenario.spec.world.map is not None
         return name == PLACE and is_on_map and name not in self.scenario.spec.parameters
 
-    def _places(self, spec: AxisSpec, where: SourceLocation) -> Axis:
-        """Read which places of its maps the scenario takes."""
+    def _places(self, spec: AxisSpec, where: SourceLocation, *, distinct: bool) -> Axis:
+        """Read which places of its maps the scenario takes.
+
+        One that is refused is left out, unless somebody named it or no other is left.
+        """
         if isinstance(spec, Steps | Distribution):
             raise SweepError(
                 "places are no quantity",
@@ -180,6 +185,11 @@ class AxisReader:
         places = find_places(self.scenario.spec, self.scenario.locate)
         with placed(where, f"{PLACE}: ", raised=SweepError):
             chosen = choose_places(places, spec)
+        left = tuple(place for place in chosen if place not in self.refused)
+        if len(left) < len(chosen):
+            if not left or not (distinct and isinstance(spec, str)):
+                raise next(self.refused[place] for place in chosen if place in self.refused)
+            chosen = left
         return Axis(PLACE, "scenario", ROAD, chosen, tuple(map(str, chosen)), where)
 
     def _drawn(

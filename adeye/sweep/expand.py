@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, overload
 
 import numpy as np
 
-from adeye.errors import ExpressionError, SourceLocation, SweepError, placed, suggest
+from adeye.errors import ExpressionError, InputError, SourceLocation, SweepError, placed, suggest
 from adeye.identity import JsonRows, digests, stream_seeds
 from adeye.spec.quantity import require_dimension
 from adeye.sweep import groups
@@ -243,12 +243,15 @@ def _refusal(
 # --- The points of one scenario of an ODD: its axes, its relations and its design -----------------
 
 
-def read_points(files: OddFiles, number: int) -> tuple[tuple[Axis, ...], Points]:
+def read_points(
+    files: OddFiles, number: int, refused: Mapping[str, InputError]
+) -> tuple[tuple[Axis, ...], Points]:
     """Read the sweep of a scenario and find its feasible points.
 
     Args:
         files: The ODD and everything it names.
         number: Of the scenario in the ODD.
+        refused: Places at which it cannot start, and why.
 
     Returns:
         The axes and the points of the design.
@@ -257,7 +260,7 @@ def read_points(files: OddFiles, number: int) -> tuple[tuple[Axis, ...], Points]
         SweepError: An axis or a relation is not acceptable, or no point is feasible.
     """
     use = files.odd.spec.scenarios[number]
-    reader = AxisReader(files, use.name, files.scenarios[use.name])
+    reader = AxisReader(files, use.name, files.scenarios[use.name], refused)
     axes = _axes(files, number, reader)
     fixed = default_values(files.scenarios[use.name].spec)
     for name, text in use.parameters.items():
@@ -487,11 +490,14 @@ class Expansion:
         return groups.shared_of(self.files, section, self._variants)
 
 
-def expand(files: OddFiles) -> Expansion:
+def expand(
+    files: OddFiles, refused: Mapping[str, Mapping[str, InputError]] | None = None
+) -> Expansion:
     """Count the test cases of an ODD and prepare their expansion.
 
     Args:
         files: The ODD and everything it names.
+        refused: By scenario the places at which it cannot start, and why.
 
     Raises:
         SweepError: An axis, a relation or the number of test cases is not acceptable.
@@ -502,7 +508,7 @@ def expand(files: OddFiles) -> Expansion:
     axes: dict[str, tuple[str, ...]] = {}
     designed: dict[str, Points] = {}
     for number, use in enumerate(odd.scenarios):
-        read, points = read_points(files, number)
+        read, points = read_points(files, number, (refused or {}).get(use.name, {}))
         axes[use.name] = tuple(axis.name for axis in read)
         designed[use.name] = points
         for architecture in files.architectures.values():

@@ -153,3 +153,12 @@ def test_map_that_somebody_drew_is_not_written_over(adeye: Verb, sound: Path, fo
     assert (outcome.code, other.read_bytes()) == (2, sound.read_bytes())
     assert "is a map that adeye has not written" in outcome.err
     assert adeye("map", "export", str(sound), "--xodr", str(sound)).code == 2
+
+
+def test_show_names_the_places_of_a_scenario_and_counts_the_others(adeye: Any) -> None:
+    document = adeye("scenario", "show", "works_queue", "--json").ok.document
+    keys = [item["key"] for item in document["places"]]
+    assert (len(keys), keys[0], document["places"][0]["lanes"]) == (7, "ramp:13+110", 3)
+    out = adeye("scenario", "show", "works_queue").ok.out
+    assert "Places: 7 of 7, 0 refused" in out
+    assert all(key in out for key in keys)

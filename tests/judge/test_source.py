@@ -7,7 +7,7 @@ import pytest
 
 from adeye.judge.stl.series import SampleStatus
 from adeye.judge.trace_signals import TraceSignals, is_decision, plan_dictionary, trace_dictionary
-from adeye.signals import SILENT
+from adeye.signals import EGO_HEADING, SILENT
 from adeye.spec.odd import Attributes
 from adeye.trace import NO_TRACKS
 from tests.judge.stl.batch import errors_of
@@ -201,6 +201,28 @@ def test_odd_is_left_by_speed_or_by_leaving_the_road(hand_made: Any) -> None:
         assert found.all() == inside == found.any(), speed
 
 
+@pytest.mark.parametrize(
+    ("d", "turned", "part", "wrong"),
+    [
+        (5.25, 0.0, "driving", False),
+        (5.25, 3.0, "driving", True),
+        (-1.0, 3.0, "shoulder", False),
+        (-2.6, 0.0, "off", False),
+        (10.6, 0.0, "off", False),
+    ],
+)
+def test_the_road_says_what_holds_where_the_ego_is(
+    hand_made: Any, d: float, turned: float, part: str, *, wrong: bool
+) -> None:
+    made = hand_made().ego(d=d)
+    made.columns["ego"][..., EGO_HEADING] += turned
+    series = signals(made).series("ego.strip")
+    assert series.labels[int(series.values[0, 0])] == part
+    assert bool(values(made, "ego.wrong_way")[0]) is wrong
+    limit = made.trace().layout.context.road.speed_limit[0]
+    assert (values(made, "ego.speed_limit") == limit).all()
+
+
 def test_odd_without_a_speed_limit_has_none(hand_made: Any) -> None:
     assert values(hand_made().ego(speed=90.0), "in_odd").all()
 
@@ -211,7 +233,9 @@ def test_unknown_speed_is_an_error_not_a_truth_value(hand_made: Any, name: str) 
     assert errors_of(signals(made).series(name)).all()
 
 
-@pytest.mark.parametrize("name", ["ego.on_road", "ego.lane", "ego.lane_offset", "in_odd"])
+@pytest.mark.parametrize(
+    "name", ["ego.on_road", "ego.lane", "ego.lane_offset", "ego.strip", "ego.wrong_way", "in_odd"]
+)
 def test_unknown_place_is_an_error(hand_made: Any, name: str) -> None:
     made = hand_made()
     made.columns["ego_place"][:] = np.nan

@@ -10,6 +10,8 @@ from adeye.kernel import storyboard as subject
 from adeye.kernel.postfix import OPERATOR_CODES, PUSH_NUMBER, PUSH_VARIABLE, Programs
 from adeye.kernel.relation import tick_time
 from adeye.signals import Floats
+from tests.kernel.test_road import grounds
+from tests.kernel.test_strips import SLABS, STRIPS
 
 STRAIGHT = np.array([[0.0, 0.0, 0.0, 5000.0, 0.0]])
 RADIUS = 200.0
@@ -257,6 +259,30 @@ def test_runs_of_a_batch_do_not_touch_each_other() -> None:
     alone = events([after(0.5)], 60)[1]
     together = events([after(0.5)], 60, runs=3)[1]
     assert all(together[run].tolist() == alone[0].tolist() for run in range(3))
+
+
+def test_actors_keep_to_the_middle_of_lanes_that_shift_and_aim_at_them_where_they_are() -> None:
+    ways = grounds((2.5, 0.0))._replace(slabs=SLABS[np.newaxis], strips=STRIPS[np.newaxis])
+    starts = ((90.0, 1.75, 0.0), (150.0, 6.0, math.pi), (90.0, 0.5, 0.0))
+    actors = np.zeros((1, 3, subject.ACTOR_WIDTH))
+    for row, (s, d, heading) in zip(actors[0], starts, strict=True):
+        subject.place_actor(row, s, d, heading, 20.0)
+    actors[0, 2, subject.WALKS] = 1.0
+    actions = np.zeros((1, 1, subject.ACTION_WIDTH))
+    actions[0, 0, subject.ACTION_LANE] = 1.0
+    none = np.zeros((1, 1), dtype=np.int64)
+    programs = Programs(none, np.zeros((1, 1)), none[0])
+    script = subject.Script(actions, programs, none, none[0])
+    everyone, objects = np.ones(3, dtype=np.bool_), np.zeros((1, 3, 5))
+    for tick in range(1, 61):
+        places = actors[:, :, subject.S].copy()
+        subject.move_actors(everyone[:1], everyone, actors, ways.segments, tick, STEP, objects)
+        subject.follow_lanes(everyone[:1], script, actors, places, ways, objects)
+    # At 150 m the lane is 1 m farther to the left, and so was that of the other way.
+    assert actors[0, :, subject.S] == pytest.approx([150.0, 90.0, 150.0])
+    assert actors[0, :, subject.D] == pytest.approx([2.75, 5.0, 0.5])
+    assert objects[0, 0, 2] == pytest.approx(math.atan(0.02))
+    assert actions[0, 0, subject.ACTION_TARGET] == pytest.approx(2.75)
 
 
 def test_runs_that_have_ended_stay_as_they_are() -> None:

@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from datetime import date
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ from adeye.judge.verdict import ExitCode, Verdict
 from adeye.report.build import MAX_REPLAYS, WORST_PER_FSR, ReplayRequest, ReportBuilder
 from adeye.report.credibility import write_result
 from adeye.report.model.report import Cell, Report
+from adeye.report.page.html import render
 from adeye.report.page.replay import Replay
 from adeye.simulate.engine import NUMERICS_VERSION
 from adeye.store.repository import Repository
@@ -80,6 +82,17 @@ def test_report_counts_what_the_database_holds(built: Report, rows: list[dict[st
             and cell.fsr in row["verdicts"]
         ]
         assert {key.value: count for key, count in cell.counts.items()} == Counter(own)
+
+
+def test_report_says_what_was_made_of_maps(repository: Repository, mini: Executed) -> None:
+    campaign = repository.find_campaign(mini.summary.campaign)
+    counts = {"taken": 9, "approximated": 2, "repaired": 1, "guessed": 41, "ignored": 5}
+    told = {**campaign.provenance, "maps": {"town.xodr": {"given": 3, **counts}}}
+    built = ReportBuilder(repository, replace(campaign, provenance=told), "").build(no_replays)
+    assert [item.model_dump() for item in built.maps] == [
+        {"name": "town.xodr", "given": 3, **counts}
+    ]
+    assert "town.xodr, rules: 3 given, 41 guessed" in render(built)
 
 
 def test_report_has_the_gates_verdict_and_its_determinism(built: Report, mini: Executed) -> None:

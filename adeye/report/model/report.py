@@ -182,6 +182,21 @@ class MetricSummary(Part):
     maximum: Extreme | None = None
 
 
+class MapNote(Part):
+    """What was made of a map that scenarios take place on; it changes no digest of a test case."""
+
+    name: Id
+    given: Count
+    """Rules beside the map that say what it leaves to a guess."""
+    taken: Count
+    """Elements that were taken."""
+    approximated: Count
+    repaired: Count
+    guessed: Count
+    """Among them lanes without a limit of speed."""
+    ignored: Count
+
+
 class Report(Part):
     """Everything that a report says about one campaign."""
 
@@ -205,6 +220,7 @@ class Report(Part):
     message: str
     determinism: str
     """What is promised about running it again."""
+    maps: tuple[MapNote, ...] = ()
     statements: tuple[str, ...] = ()
     """The conditions that the numbers hold under."""
     planned: Count

@@ -26,7 +26,14 @@ from adeye.kernel.motion import (
 )
 from adeye.kernel.relation import AT_LEAST, compares, tick_time
 from adeye.kernel.road import Ground, Grounds, center_at, ground_of, lane_of, local
-from adeye.kernel.storyboard import Events, begin_events, end_actions, move_actors
+from adeye.kernel.storyboard import (
+    Events,
+    S,
+    begin_events,
+    end_actions,
+    follow_lanes,
+    move_actors,
+)
 from adeye.signals import Bools, Floats, Ints, Scene, SceneContext
 from adeye.spec.clock import ticks
 
@@ -579,6 +586,7 @@ class Stage:
         )
         self._tick = 0
         self._grounds = context.road.grounds()
+        self._script = world.script._replace(actions=world.script.actions.copy())
         self._actors: Floats = world.actors.copy()
         self._ego_place: Floats = np.zeros((self.runs, 6))
         self._object_places: Floats = np.zeros((*self.objects.shape[:2], 6))
@@ -611,6 +619,7 @@ class Stage:
         self._tick += 1
         self._motion.move(running, command, self.ego, self._ego_place[:, 0], friction)
         world = self.world
+        places = self._actors[:, :, S].copy()
         move_actors(
             running,
             world.scripted,
@@ -620,6 +629,8 @@ class Stage:
             world.context.step,
             self.objects,
         )
+        if world.context.road.slabs.shape[1]:
+            follow_lanes(running, self._script, self._actors, places, self._grounds, self.objects)
         take_reacted(running, world.scripted, reacted, self.objects)
         self._contacts.update(running, ego, objects, self.ego, self.objects)
         self._settle(running)
@@ -644,7 +655,7 @@ class Stage:
 
     def _settle(self, running: Bools) -> None:
         """Find everything on the road, end runs and begin events at the present tick."""
-        world, script = self.world, self.world.script
+        world, script = self.world, self._script
         locate_all(
             running,
             self.ego,

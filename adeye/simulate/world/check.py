@@ -57,7 +57,7 @@ def check_scenario(scenario: LogicalScenario, lifted: Collection[str] = ()) -> l
     if not findings:
         lifted = {*scenario.beyond_plausible, *lifted}
         findings += [(loc, f"{text}. {todo}") for loc, text, todo in implausible(scenario, lifted)]
-    return [*findings, *_lanes(scenario)]
+    return [*findings, *missing_lanes(scenario)]
 
 
 def check_worlds(cases: Sequence[Situation], lifted: Collection[str] = ()) -> None:
@@ -229,7 +229,8 @@ def _not_compiled(
         yield _text(error)
 
 
-def _lanes(scenario: LogicalScenario) -> Iterator[Finding]:
+def missing_lanes(scenario: LogicalScenario) -> Iterator[Finding]:
+    """Find the lanes that a scenario names and its road does not have."""
     lanes = scenario.world.road.lanes
     written: list[tuple[Loc, Expression | None]] = [(("ego", "lane"), scenario.ego.lane)]
     for name, actor in scenario.actors.items():

@@ -73,7 +73,7 @@ def compile_script(
         row = actions[:, number]
         row[:, storyboard.ACTION_ACTOR] = actors.index(event.actor)
         row[:, storyboard.ACTION_JERK] = math.inf
-        row[:, storyboard.ACTION_RELATIVE] = -1.0
+        row[:, storyboard.ACTION_RELATIVE] = row[:, storyboard.ACTION_LANE] = -1.0
         delay = formulas.limited(
             f"storyboard.{name}.delay",
             lambda s, name=name: s.storyboard[name].delay,  # type: ignore[misc]
@@ -167,8 +167,10 @@ def _fill_lane_change(
     row[:, storyboard.ACTION_KIND] = storyboard.CHANGE_TO
     lane = formulas.values(f"{part}.to_lane", _field(name, "lane_change", "to_lane"))
     check_lanes(f"{part}.to_lane", lane, road.lanes)
-    # On an imported road a lane may shift: its centre is taken where the actor starts.
+    # A lane may shift: while its actor drives, the target is where the lane is beside it.
     begin = begins[formulas.scenario.storyboard[name].actor]
+    if road.slabs.shape[1]:
+        row[:, storyboard.ACTION_LANE] = lane
     row[:, storyboard.ACTION_TARGET] = centers(f"{part}.to_lane", road, lane, begin)
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import yaml
 
+from adeye.campaign.check import refused_starts
 from adeye.campaign.plan import CampaignPlan
 from adeye.errors import InputError
 from adeye.kernel.road import MANY
@@ -16,6 +17,7 @@ from adeye.maps.opendrive_writer import write_opendrive
 from adeye.simulate.world.formulas import Formulas
 from adeye.simulate.world.roads import build_roads
 from adeye.spec.load import load_scenario
+from adeye.spec.places import find_places
 from adeye.sweep.case import batches
 from tests.drawn_roads import lane, network, piece, road, section
 from tests.project import ROOT, Project, odd_of, run_cases, use
@@ -137,6 +139,58 @@ def test_a_sample_of_places_is_drawn_by_its_seed(tmp_path: Path) -> None:
         for k, choice in enumerate(("sample 4 seed 1", "sample 4 seed 1", "sample 4 seed 2"))
     ]
     assert drawn[0] == drawn[1] != drawn[2]
+
+
+def narrowing() -> OpenDrive:
+    """Return a road of three lanes, of which the right one ends at 2500 m."""
+    wide = [lane(number, WIDE, successors=(number,)) for number in (-1, -2)]
+    narrow = [lane(number, WIDE, predecessors=(number,)) for number in (-1, -2)]
+    parts = section(lane(0), *wide, lane(-3, WIDE)), section(lane(0), *narrow, s=2500.0)
+    return network(road([piece("line", 4000.0)], *parts))
+
+
+def project_of(folder: Path, lane: int, places: Any) -> Project:
+    """Return a project whose lead starts 600 m along a place of a road that narrows."""
+    project = Project(folder, odd_of(use("lead_braking")))
+    (folder / "scenarios_db/motorway" / "drawn.xodr").write_bytes(write_opendrive(narrowing()))
+    with project.edited("scenarios_db/motorway/lead_braking.yaml") as scenario:
+        query = {"anchor": "carriageway", "after": "2000 m", "lanes": 3}
+        scenario["world"] = {"map": {"file": "drawn.xodr"}, "place": query}
+        scenario["actors"]["lead"]["start"] = {"lane": lane, "s": "600 m", "speed": "ego_speed"}
+    with project.edited_odd() as odd:
+        odd["scenarios"][0]["sweep"] = {"parameters": {"place": places}}
+    project.require("FSR-01")
+    return project
+
+
+GONE = "drawn:1+1900, drawn:1+1950, drawn:1+2000: actors.lead.start.lane: the road has no lane 2"
+
+
+def test_a_place_where_the_scenario_cannot_start_is_refused_and_told(tmp_path: Path) -> None:
+    project = project_of(tmp_path / "p", 2, "all")
+    plan = project.plan()
+    assert len(plan.cases) == 38
+    (told,) = (text for text in plan.notices if "places" in text)
+    assert told.startswith(f"lead_braking: 38 of 41 places, 3 refused ({GONE}")
+    # Two lanes all along and one that ends, all without a limit.
+    assert plan.files.map_notes()["drawn.xodr"]["guessed"] == 5
+    loaded = load_scenario(project.folder / "scenarios_db/motorway/lead_braking.yaml")
+    starts = dict(refused_starts(loaded, find_places(loaded.spec, loaded.locate)))
+    assert [place for place, why in starts.items() if why] == GONE.split(": ")[0].split(", ")
+
+
+@pytest.mark.parametrize(
+    ("lane", "places", "told"),
+    [
+        (2, ["drawn:1+0", "drawn:1+1950"], "no lane 2 .* at place drawn:1\\+1950"),
+        (3, "all", "3 is no lane of a road with lanes 0 to 2, at place drawn:1\\+0"),
+    ],
+)
+def test_a_place_that_was_named_or_is_the_last_one_is_not_passed_over(
+    tmp_path: Path, lane: int, places: Any, told: str
+) -> None:
+    with pytest.raises(InputError, match=told):
+        project_of(tmp_path / "p", lane, places).plan()
 
 
 @pytest.mark.parametrize(
