@@ -65,6 +65,7 @@ _EGO: Final = {
     "acceleration": columns.EGO_ACCELERATION,
     "steering_angle": columns.EGO_STEERING,
 }
+_PLACE: Final = {"lane": columns.PLACE_LANE, "lane_offset": columns.PLACE_OFFSET}
 _RULES: Final = {"speed_limit": RULE_LIMIT, "strip": RULE_PART, "wrong_way": RULE_WRONG_WAY}
 _OBJECT: Final = {
     "x": columns.OBJECT_X,
@@ -287,24 +288,21 @@ class TraceSignals:
         return _reading(inside, speed, d)
 
     def _of_ego(self, what: str) -> Reading:
+        d, heading = self._place(columns.PLACE_D), self._ego(columns.EGO_HEADING)
         if what == "on_road":
-            return _reading(self.is_on_road, self._place(columns.PLACE_D))
+            return _reading(self.is_on_road, d)
         if what == "in_refuge":
             places = cast("Floats", self._column("ego_place"))
-            heading = self._ego(columns.EGO_HEADING)
             stands = in_refuge(self.trace.layout.context, places, heading)
-            return _reading(stands, self._place(columns.PLACE_D), heading)
+            return _reading(stands, d, heading)
         if what == "at_goal":
             return _reading(at_goal(self.trace), self._place(columns.PLACE_S))
         if what in _RULES:
             rule = self._rules[..., _RULES[what]]
             asked = rule.astype(np.bool_) if what == "wrong_way" else rule
-            heading = self._ego(columns.EGO_HEADING)
-            return _reading(asked, self._place(columns.PLACE_D), heading)
-        if what == "lane":
-            return _reading(self._place(columns.PLACE_LANE), self._place(columns.PLACE_D))
-        if what == "lane_offset":
-            return _reading(self._place(columns.PLACE_OFFSET))
+            return _reading(asked, d, heading)
+        if what in _PLACE:
+            return _reading(self._place(_PLACE[what]), d)
         return _reading(self._ego(_EGO[what]))
 
     def _of_actor(self, rest: str) -> Reading:
