@@ -70,8 +70,7 @@ def test_comparison_is_of_the_newest_campaign_unless_said(mini: Executed) -> Non
 
 def test_a_campaign_may_be_a_number(mini: Executed) -> None:
     assert adeye.results(1, db=mini.db).equals(adeye.results("1", db=mini.db))
-    with pytest.raises(InputError, match="9"):
-        adeye.results(9, db=mini.db)
+    refused(InputError, adeye.results, 9, db=mini.db, says="9")
     with pytest.raises(InputError, match=r"1\.0 is no campaign"):
         adeye.results(1.0, db=mini.db)  # type: ignore[arg-type]
     with pytest.raises(InputError, match="True is no campaign"):
@@ -140,8 +139,7 @@ TABLE = {"time": [0.0, 1.0], "gap": [9.0, 9.0]}
     ],
 )
 def test_number_beyond_all_bounds_is_an_input_error(mini: Executed, call: Any, number: int) -> None:
-    with pytest.raises(InputError):
-        call(number, mini)
+    refused(InputError, call, number, mini)
 
 
 # --- The version is one, wherever it is asked for -------------------------------------------------

@@ -138,8 +138,7 @@ def test_what_must_not_be_lost_is_not_replaced(tmp_path: Path, name: str) -> Non
     if not path.exists():
         path.write_text("x", "utf-8")
     before = path.read_bytes()
-    with pytest.raises(UsageError, match="would be overwritten"):
-        write_atomically(b"new", path)
+    refused(UsageError, write_atomically, b"new", path, says="would be overwritten")
     assert path.read_bytes() == before
 
 

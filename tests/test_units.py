@@ -67,8 +67,7 @@ def test_another_type_is_refused() -> None:
     [math.nan, math.inf, -math.inf, "1e400", "-1e400", 10**400, pytest.param(10**5000, id="long")],
 )
 def test_number_that_is_not_finite_is_refused(value: str | float) -> None:
-    with pytest.raises(UnitError, match="not a finite number"):
-        parse_quantity(value, Dimension.NONE)
+    refused(UnitError, parse_quantity, value, Dimension.NONE, says="not a finite number")
 
 
 def test_refusal_names_the_allowed_units_and_what_is_wrong() -> None:

@@ -15,6 +15,7 @@ from adeye.errors import InputError, SpecError, SweepError
 from adeye.spec.load import OddFiles, load_odd
 from adeye.sweep.expand import expand
 from tests.project import MINI, Project
+from tests.refusals import refused
 from tests.stored import known, stored
 
 # --- what a plan would simulate is checked before it runs: variants, onsets, values and plug-ins
@@ -236,9 +237,8 @@ def test_fault_without_a_meaning_for_its_target(load: Load) -> None:
     ):
         written = {"id": "odd", "target": "sensors.front_camera", "onset": {"at": "1 s"}, **fault}
         files = load(faults=[onset("time >= 1 s"), written])
-        with pytest.raises(SpecError, match=said) as caught:
-            checking.check_fits(files)
-        assert caught.value.where == files.odd.locate(("faults", 1, key))
+        caught = refused(SpecError, checking.check_fits, files, says=said)
+        assert caught.where == files.odd.locate(("faults", 1, key))
     # What an architecture does not have is none of it.
     checking.check_fits(load(faults=[{**onset("time >= 1 s"), "target": "sensors.sonar"}]))
 
@@ -292,10 +292,9 @@ def test_fault_that_can_never_act_is_refused_at_its_place(load: Load) -> None:
     )
     for changes, said, place in cases:
         files = load(faults=[drop(**changes)], scenarios=[{"use": "cut_in"}])
-        with pytest.raises(SpecError, match="fault out never acts in scenario cut_in") as caught:
-            check(files)
-        assert said in caught.value.message
-        assert caught.value.where == files.odd.locate(("faults", 0, *place))
+        caught = refused(SpecError, check, files, says="fault out never acts in scenario cut_in")
+        assert said in caught.message
+        assert caught.where == files.odd.locate(("faults", 0, *place))
 
 
 def test_fault_that_may_act_passes(load: Load) -> None:
@@ -358,8 +357,7 @@ def test_sensor_that_nothing_is_linked_to_tells_no_runs_apart(project: Path, loa
     spare = "  spare: {kind: ground_truth, rate: 20 Hz, latency: 0.05 s}\n"
     replace(path, "sensors:\n", f"sensors:\n{spare}")
     swept = load({"parameters": {"architecture.sensors.spare.latency": ["0 s", "0.1 s"]}})
-    with pytest.raises(SweepError, match=r"spare.latency: no run differs between 0 s and 0.1 s"):
-        check(swept)
+    refused(SweepError, check, swept, says=r"spare.latency: no run differs between 0 s and 0.1 s")
     concept = project / "odd" / "concepts" / "motorway_chauffeur.yaml"
     replace(concept, "always(not contact)", "always(not contact or sensor.spare.age < 1 s)")
     check(load({"parameters": {"architecture.sensors.spare.latency": ["0 s", "0.1 s"]}}))
@@ -382,13 +380,12 @@ def swept(tmp_path_factory: pytest.TempPathFactory) -> Project:
 def refusal(swept: Project, **use: Any) -> tuple[InputError, str]:
     """Plan an ODD that uses a cut-in; return the error and the line of the file it points to."""
     swept.write("odd/tested.yaml", {**MINI, "scenarios": [{"use": "cut_in", **use}]})
-    with pytest.raises(InputError) as caught:
-        swept.plan()
-    where = known(caught.value.where)
+    caught = refused(InputError, swept.plan)
+    where = known(caught.where)
     lines = Path(where.path).read_text("utf-8").splitlines()
     assert where.line <= len(lines)
     # A list stands in the line below its key.
-    return caught.value, " ".join(lines[max(0, where.line - 2) : where.line])
+    return caught, " ".join(lines[max(0, where.line - 2) : where.line])
 
 
 def test_value_is_wrong_where_the_odd_gives_it(swept: Project) -> None:

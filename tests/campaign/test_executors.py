@@ -23,6 +23,7 @@ from adeye.errors import PlatformError, PluginError, SpecError, UsageError
 from adeye.ports import ExecutorContext
 from tests.campaign.work import DIE, Again, perform
 from tests.project import Executed, table_hash
+from tests.refusals import refused
 from tests.stored import stored
 
 pytestmark = pytest.mark.filterwarnings("ignore:This process .* is multi-threaded")
@@ -295,8 +296,7 @@ def test_dask_is_known_by_its_name() -> None:
 
 
 def test_unknown_name_is_refused_with_the_nearest() -> None:
-    with pytest.raises(UsageError, match=r"no executor 'dusk'.*Did you mean 'dask'\?"):
-        find_executor("dusk")
+    refused(UsageError, find_executor, "dusk", says=r"no executor 'dusk'.*Did you mean 'dask'\?")
 
 
 def test_class_without_run_is_no_executor(here: Path) -> None:
@@ -336,8 +336,7 @@ def test_class_of_a_file_executes_a_campaign(mini: Executed, here: Path) -> None
     ],
 )
 def test_what_excludes_each_other_is_refused(asked: Any, message: str) -> None:
-    with pytest.raises(UsageError, match=message):
-        asked_executor(*asked)
+    refused(UsageError, asked_executor, *asked, says=message)
 
 
 def test_executors_of_this_machine_need_no_other() -> None:

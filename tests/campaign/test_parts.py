@@ -20,6 +20,7 @@ from adeye.store.tables import METRIC_IDS
 from adeye.testing import zoo
 from tests.conftest import MakeProject
 from tests.project import CANDIDATE, CONCEPT, MINI, Project
+from tests.refusals import refused
 from tests.sql import rows
 from tests.stored import known, stored
 from tests.test_malformed_inputs import FILES, IN_ODD, IN_ONE, NOMINAL
@@ -86,8 +87,7 @@ def test_wrong_part_is_refused_where_it_is_named(project: Project) -> None:
         assert str(caught.value.where).partition(":")[0].endswith("camera_radar.yaml")
     with project.edited(CANDIDATE) as candidate:
         candidate["sensors"]["extra"] = {"kind": "./own.py:Own", "rate": "20 Hz"}
-    with pytest.raises(SpecError, match=r"has no sense\(\)"):
-        parts(project)
+    refused(SpecError, parts, project, says=r"has no sense\(\)")
 
 
 def test_monitor_of_two_channels_is_refused(project: Project) -> None:
@@ -155,9 +155,8 @@ def test_file_that_cannot_be_read_is_refused_where_it_is_listed(project: Project
         ("../tested.yaml", r"'\.\./tested\.yaml' is outside of"),
         ("./weights.bin", r"file '\./weights\.bin' is listed twice"),
     ):
-        with pytest.raises(SpecError, match=message) as caught:
-            listed(project, "weights.bin", name)
-        assert line_of(project, caught.value).removeprefix("- ").strip("'\"") == name
+        caught = refused(SpecError, listed, project, "weights.bin", name, says=message)
+        assert line_of(project, caught).removeprefix("- ").strip("'\"") == name
 
 
 def process_parts(project: Project, *command: str, files: tuple[str, ...] = ()) -> delivered.Parts:
@@ -206,9 +205,8 @@ def test_wrong_program_is_refused_where_it_is_written(project: Project) -> None:
         (("sh", "-c", "exit"), (), "names no file of the project", "- sh"),
         (("sh", "./own.py"), ("own.py",), "'own.py' is listed twice", "- own.py"),
     ):
-        with pytest.raises(SpecError, match=message) as caught:
-            process_parts(project, *command, files=files)
-        assert line_of(project, caught.value) == line
+        caught = refused(SpecError, process_parts, project, *command, files=files, says=message)
+        assert line_of(project, caught) == line
 
 
 # --- metrics from outside the package: measured, stored, judged, and part of a result
@@ -264,8 +262,7 @@ def test_another_odd_does_not_see_it(measured: Project) -> None:
 def test_class_that_is_no_metric_is_refused_at_its_line(measured: Project) -> None:
     path = measured.folder / "odd" / "top.py"
     path.write_text(METRIC.replace("def compute", "def measure"), "utf-8")
-    with pytest.raises(InputError, match=r"tested.yaml:\d+:\d+: .* has no compute\(\)"):
-        measured.plan()
+    refused(InputError, measured.plan, says=r"tested.yaml:\d+:\d+: .* has no compute\(\)")
 
 
 # --- plug-ins are listed with the hash that loading them gives, and none is imported
@@ -386,14 +383,12 @@ def test_change_is_told_with_its_file_and_who_names_it(watched: Project, name: s
         if not is_first:
             unchanged.check()
         path.write_bytes(original + b"\n# changed")
-        with pytest.raises(IntegrityError) as told:
-            unchanged.check()
-        assert str(told.value).startswith(f"{name}, which architecture own names, was changed")
+        told = refused(IntegrityError, unchanged.check)
+        assert str(told).startswith(f"{name}, which architecture own names, was changed")
         if not is_first or name != NAMES[0]:
-            assert str(path) in str(told.value)
+            assert str(path) in str(told)
     path.unlink()
-    with pytest.raises(IntegrityError, match=name):
-        unchanged.check()
+    refused(IntegrityError, unchanged.check, says=name)
 
 
 def test_what_is_touched_is_hashed_once(watched: Project, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -424,8 +419,7 @@ def test_copy_of_the_same_size_and_time_is_noticed(watched: Project, tmp_path: P
     other.write_bytes(b"2")
     shutil.copystat(path, other)
     other.replace(path)
-    with pytest.raises(IntegrityError, match=r"weights\.bin"):
-        unchanged.check()
+    refused(IntegrityError, unchanged.check, says=r"weights\.bin")
 
 
 def test_campaign_without_plugins_has_nothing_to_compare(make_project: MakeProject) -> None:

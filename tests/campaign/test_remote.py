@@ -20,6 +20,7 @@ from adeye.ports import Done, ExecutorContext
 from tests.campaign.work import Again
 from tests.conftest import MakeProject
 from tests.project import CANDIDATE, CANDIDATE_ONLY, MINI, Executed, Project
+from tests.refusals import refused
 from tests.stored import stored
 
 CHANNEL: str = stored("plugins")["steady"]
@@ -79,11 +80,9 @@ def test_other_file_is_refused(project: Project, file: str, changed: str, missin
     required(demand)
     path = project.folder / "odd" / "architectures" / file
     path.write_bytes(path.read_bytes() + b"\n# other")
-    with pytest.raises(PlatformError, match=changed):
-        required(demand)
+    refused(PlatformError, required, demand, says=changed)
     path.unlink()
-    with pytest.raises(PlatformError, match=missing):
-        required(demand)
+    refused(PlatformError, required, demand, says=missing)
 
 
 def test_module_installed_anew(make_project: MakeProject, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -214,8 +213,7 @@ TAMPERING: dict[str, tuple[Change, str]] = {
 @pytest.mark.parametrize("name", TAMPERING)
 def test_executor_that_alters_what_it_carries_is_named(mini: Executed, name: str) -> None:
     change, message = TAMPERING[name]
-    with pytest.raises(IntegrityError, match=rf"executor own:Pool brought {message}"):
-        carry(mini, change)
+    refused(IntegrityError, carry, mini, change, says=rf"executor own:Pool brought {message}")
 
 
 def carry(mini: Executed, change: Change, *tasks: BatchTask) -> None:

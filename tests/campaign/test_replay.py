@@ -20,6 +20,7 @@ from adeye.simulate import engine
 from adeye.store.repository import Repository
 from adeye.sweep.case import structure_key
 from tests.project import Executed
+from tests.refusals import refused
 
 # --- a stored run, shown and executed again
 
@@ -73,14 +74,12 @@ def test_planned_run_has_a_description_but_no_replay(mini: Executed, tmp_path: P
     first = next(iter(mini.plan.planned()))
     run = first.engine.result_digest(first.test_cases[0])
     assert describe_run(db, run)["is_done"] is False
-    with pytest.raises(InputError, match="planned, but not executed yet"):
-        replay_run(db, run)
+    refused(InputError, replay_run, db, run, says="planned, but not executed yet")
 
 
 def test_run_and_database_that_are_not_there(mini: Executed, tmp_path: Path) -> None:
     for db, run in ((mini.db, "0123456789ab"), (tmp_path / "missing.db", "a")):
-        with pytest.raises(InputError):
-            replay_run(db, run)
+        refused(InputError, replay_run, db, run)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -151,8 +150,7 @@ def test_what_was_done_is_kept(
         if progress.done:
             raise KeyboardInterrupt
 
-    with pytest.raises(KeyboardInterrupt):
-        look_back(db, report=interrupt)
+    refused(KeyboardInterrupt, look_back, db, report=interrupt)
     told: list[Progress] = []
     assert look_back(db, report=told.append).looked_at == 28
     assert 0 < told[0].total < 28

@@ -36,6 +36,7 @@ from tests.project import (
     one_scenario,
     table_hash,
 )
+from tests.refusals import refused
 from tests.stored import known, stored
 
 # --- campaigns: what is executed, what is only judged, what is left alone, and what survives
@@ -180,8 +181,7 @@ def test_interrupted_campaign_goes_on_where_it_ended(small: Project) -> None:
         if state.done:
             raise KeyboardInterrupt
 
-    with pytest.raises(KeyboardInterrupt):
-        adeye.run(small.odd, db=small.db, progress=stop)
+    refused(KeyboardInterrupt, adeye.run, small.odd, db=small.db, progress=stop)
     done = count_rows(small.db, "run")
     assert 0 < done < 4
     with Repository.open(small.db, create=False) as repository:
@@ -297,8 +297,7 @@ def test_run_that_comes_out_otherwise(small: Project, monkeypatch: pytest.Monkey
         return replace(result, judged=replace(result.judged, trace_digests=traces))
 
     monkeypatch.setattr(runner, "execute", otherwise)
-    with pytest.raises(IntegrityError, match="does not come out as it was recorded"):
-        small.run()
+    refused(IntegrityError, small.run, says="does not come out as it was recorded")
 
 
 @pytest.mark.slow
@@ -553,12 +552,10 @@ def test_who_asks_is_heard_at_the_end_of_a_block_and_hides_no_error() -> None:
             if error is not None:
                 raise error
 
-    with pytest.raises(KeyboardInterrupt):
-        execute(None)
+    refused(KeyboardInterrupt, execute, None)
     assert done == ["the block"]
     assert not stop.is_deferred
-    with pytest.raises(ZeroDivisionError):
-        execute(ZeroDivisionError)
+    refused(ZeroDivisionError, execute, ZeroDivisionError)
 
 
 def test_block_that_would_not_end_in_time_is_not_begun(clock: SimpleNamespace) -> None:

@@ -16,6 +16,7 @@ from adeye.campaign.run import Stop
 from adeye.cli import progress
 from adeye.cli.options import plan_of
 from adeye.errors import Terminated
+from tests.refusals import refused
 
 # --- rate, remaining time, and who is shown a live line
 
@@ -222,8 +223,7 @@ def test_blocks_that_do_not_end_in_time_are_interrupted(monkeypatch: pytest.Monk
             while True:
                 time.sleep(0.01)
 
-    with pytest.raises(KeyboardInterrupt):
-        execute()
+    refused(KeyboardInterrupt, execute)
 
 
 def test_second_signal_kills_the_workers_and_ends(
@@ -238,8 +238,7 @@ def test_second_signal_kills_the_workers_and_ends(
             signal.raise_signal(signal.SIGTERM)
             signal.raise_signal(signal.SIGINT)
 
-    with pytest.raises(Ended):
-        execute()
+    refused(Ended, execute)
     assert (ends, killed) == ([130], [True])
     assert "go on with this" in capsys.readouterr().err
 
@@ -252,8 +251,7 @@ def test_process_ends_at_once_only_where_a_block_would_be_waited_for(
 ) -> None:
     monkeypatch.setattr(executors, "is_abandoned_work_running", lambda: is_running)
     if is_running:
-        with pytest.raises(Ended):
-            progress.leave_if_abandoned(143)
+        refused(Ended, progress.leave_if_abandoned, 143)
     else:
         progress.leave_if_abandoned(143)
     assert ends == [143] * is_running

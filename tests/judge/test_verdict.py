@@ -119,10 +119,8 @@ def test_only_open_evidence_can_be_waived() -> None:
 
 
 def test_nonsense_counts_are_refused() -> None:
-    with pytest.raises(ValueError, match="no run exercised"):
-        fold_runs([Verdict.VACUOUS], min_exercised=0)
-    with pytest.raises(ValueError, match="cannot be -1"):
-        fold_runs({Verdict.PASS: -1})
+    refused(ValueError, fold_runs, [Verdict.VACUOUS], min_exercised=0, says="no run exercised")
+    refused(ValueError, fold_runs, {Verdict.PASS: -1}, says="cannot be -1")
     with pytest.raises(ValueError, match="2 runs waived"):
         fold_runs({Verdict.INVALID: 1}, waived={Verdict.INVALID: 2})
     with pytest.raises(ValueError, match="MAYBE"):

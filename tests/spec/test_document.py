@@ -51,9 +51,7 @@ def value(text: str) -> Any:
 
 
 def refusal(text: str) -> SpecError:
-    with pytest.raises(SpecError) as caught:
-        read(text)
-    return caught.value
+    return refused(SpecError, read, text)
 
 
 @pytest.mark.parametrize(("text", "meaning"), TABLES["value of the core schema"])

@@ -144,8 +144,7 @@ def test_scenario_beside_it_goes_before_one_of_the_package(write: Any) -> None:
 def test_cyclic_extends_is_refused(write: Any, first: str, second: str, chain: str) -> None:
     path = write("a", f"extends: {first}\n")
     write("b" if first == "b" else "c", f"extends: {second}\n")
-    with pytest.raises(SpecError, match=f"extends is cyclic: {chain}"):
-        load_scenario(path)
+    refused(SpecError, load_scenario, path, says=f"extends is cyclic: {chain}")
 
 
 def test_error_is_placed_in_the_file_that_holds_it(write: Any, tmp_path: Path) -> None:

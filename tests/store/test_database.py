@@ -20,6 +20,7 @@ from adeye.store.database import Database, create_parent, persistently
 from adeye.store.location import Location
 from adeye.store.owner import Owner, boot_clock_s, owner_from_text
 from adeye.store.repository import Repository
+from tests.refusals import refused
 from tests.store.conftest import Store
 
 
@@ -44,8 +45,7 @@ def fail_half_way(database: Database) -> None:
 
 
 def test_write_that_raises_leaves_nothing(database: Database) -> None:
-    with pytest.raises(RuntimeError, match="half way"):
-        fail_half_way(database)
+    refused(RuntimeError, fail_half_way, database, says="half way")
     assert values(database) == []
 
 
@@ -131,8 +131,7 @@ def test_other_errors_are_not_tried_again() -> None:
         calls.append(1)
         raise PlatformError("no")
 
-    with pytest.raises(PlatformError, match="no"):
-        persistently(action)
+    refused(PlatformError, persistently, action, says="no")
     assert calls == [1]
 
 

@@ -37,6 +37,7 @@ from adeye.store.encoding import (
 )
 from adeye.store.records import BlockCase, EventRecord, MetricValue
 from adeye.store.repository import Repository
+from tests.refusals import refused
 from tests.store.conftest import Example, Store
 from tests.store.raw import on_sqlite
 from tests.store.rows import RunRecord, event_block, run_block
@@ -57,8 +58,7 @@ def test_every_value_and_its_type_change_the_hash() -> None:
     values = [(value,) for value in (1, 1.0, "1", "i1", None, "n", "")]
     hashes = {row_hash(tables.event, item) for item in (EVENT, *others, *values)}
     assert len(hashes | {row_hash(tables.run, EVENT)}) == 1 + 6 + 7 + 1
-    with pytest.raises(TypeError, match="is not what was written"):
-        row_hash(tables.event, (b"blob",))
+    refused(TypeError, row_hash, tables.event, (b"blob",), says="is not what was written")
 
 
 def test_row_and_json_refuse_what_cannot_be_held() -> None:
@@ -67,12 +67,9 @@ def test_row_and_json_refuse_what_cannot_be_held() -> None:
         (1, 0.5, ValueError, r"0\.5"),
         (3, 3, TypeError, "not text"),
     ):
-        with pytest.raises(error, match=match):
-            row(tables.event, (*EVENT[:place], value, *EVENT[place + 1 :]))
-    with pytest.raises(ValueError, match="zip"):
-        row(tables.event, EVENT[:-1])
-    with pytest.raises(ValueError, match="not JSON compliant"):
-        json_text({"a": NAN})
+        refused(error, row, tables.event, (*EVENT[:place], value, *EVENT[place + 1 :]), says=match)
+    refused(ValueError, row, tables.event, EVENT[:-1], says="zip")
+    refused(ValueError, json_text, {"a": NAN}, says="not JSON compliant")
 
 
 def test_times_of_day_are_utc() -> None:
@@ -263,8 +260,7 @@ def test_value_that_was_never_written_is_named() -> None:
     for place, value in ((at, one) for at, values in others.items() for one in values):
         with pytest.raises(TypeError, match="is not what was written"):
             rehashed(tables.event, [(*row[:place], value, *row[place + 1 :])])
-    with pytest.raises(ValueError, match="not finite"):
-        rehashed(tables.event, [(*row[:2], math.inf, *row[3:])])
+    refused(ValueError, rehashed, tables.event, [(*row[:2], math.inf, *row[3:])], says="not finite")
 
 
 def test_no_rows_have_no_hashes() -> None:
@@ -460,11 +456,9 @@ def test_value_of_a_metric_is_finite_and_fits_its_status() -> None:
         )
 
     for value in (np.nan, np.inf, -np.inf):
-        with pytest.raises(ValueError, match="metric gap_m"):
-            metric_block(value, status=0)
+        refused(ValueError, metric_block, value, status=0, says="metric gap_m")
     for value in (0.0, np.inf):
-        with pytest.raises(ValueError, match="no_conflict"):
-            metric_block(value, status=1)
+        refused(ValueError, metric_block, value, status=1, says="no_conflict")
 
 
 def test_judged_verdicts_belong_to_the_place_of_their_result(records: list[RunRecord]) -> None:

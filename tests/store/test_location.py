@@ -6,6 +6,7 @@ import pytest
 
 from adeye.errors import InputError
 from adeye.store.location import Location, locate, masked, option
+from tests.refusals import refused
 from tests.stored import stored
 
 PLACES = stored("places")
@@ -53,10 +54,9 @@ def test_location_of_a_server_names_everything_but_the_password() -> None:
     ],
 )
 def test_other_locations_are_refused_without_their_password(url: str, problem: str) -> None:
-    with pytest.raises(InputError, match=problem) as caught:
-        locate(url)
-    assert "canary" not in str(caught.value)
-    assert caught.value.__cause__ is None
+    caught = refused(InputError, locate, url, says=problem)
+    assert "canary" not in str(caught)
+    assert caught.__cause__ is None
 
 
 @pytest.mark.parametrize(
@@ -67,10 +67,9 @@ def test_other_locations_are_refused_without_their_password(url: str, problem: s
     ],
 )
 def test_what_is_no_file_name_is_refused(text: str | Path, problem: str) -> None:
-    with pytest.raises(InputError, match=problem) as caught:
-        locate(text)
-    assert "canary" not in str(caught.value)
-    assert caught.value.remedy
+    caught = refused(InputError, locate, text, says=problem)
+    assert "canary" not in str(caught)
+    assert caught.remedy
 
 
 SECRET = "p@s/s:w?o#r d%41é"  # noqa: S105 - made up
@@ -102,9 +101,8 @@ def test_no_word_about_an_address_holds_a_part_of_its_secret(
 
 def test_password_behind_a_colon_that_is_spelt_is_masked() -> None:
     address = "postgresql://me%3Acanary@host/evidence"
-    with pytest.raises(InputError, match="cannot be read as a URL") as caught:
-        locate(address)
-    assert "canary" not in f"{caught.value} {masked(address)}"
+    caught = refused(InputError, locate, address, says="cannot be read as a URL")
+    assert "canary" not in f"{caught} {masked(address)}"
 
 
 def test_command_names_the_variable_or_a_masked_address(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,6 +9,7 @@ import pytest
 from adeye.errors import IntegrityError
 from adeye.judge.metrics.registry import LONGEST_COLUMN
 from adeye.store.records import MetricValue
+from tests.refusals import refused
 from tests.store.conftest import Store
 
 COMFORT = {"sway_m": MetricValue(0.5, "value", 2.0), "nausea": MetricValue(None, "undefined")}
@@ -63,8 +64,7 @@ def test_same_metrics_again_are_kept_once_and_others_are_an_error(store: Store) 
     complete(store, COMFORT)
     store.example.thresholds["FSR1"] = "4 m"
     changed = {**COMFORT, "sway_m": replace(COMFORT["sway_m"], value=0.6)}
-    with pytest.raises(IntegrityError, match="measured something else"):
-        complete(store, changed)
+    refused(IntegrityError, complete, store, changed, says="measured something else")
 
 
 def test_machine_dependent_result_keeps_its_first_metrics(store: Store) -> None:
@@ -87,8 +87,7 @@ def test_rows_of_plugins_are_protected_and_verified(store: Store) -> None:
     stored = store.run(complete(store, COMFORT))
     (table,) = stored.plugin_metrics
     change = f"UPDATE {table} SET sway_m = 0.7"  # noqa: S608
-    with pytest.raises(sqlite3.IntegrityError, match="insert-only"):
-        store.raw.execute(change)
+    refused(sqlite3.IntegrityError, store.raw.execute, change, says="insert-only")
     store.raw.execute(f"DROP TRIGGER {table}_no_update")
     store.raw.execute(change)
     found = {(item.table, item.row) for item in store.repository.verify()}

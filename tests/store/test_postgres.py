@@ -14,6 +14,7 @@ from adeye.store.database import Database
 from adeye.store.encoding import Row, row
 from adeye.store.location import locate
 from adeye.store.repository import Repository
+from tests.refusals import refused
 
 on_server = pytest.mark.parametrize("place", ["postgresql"], indirect=True)
 
@@ -126,9 +127,8 @@ def test_database_without_its_driver_says_what_to_install(monkeypatch: pytest.Mo
 
 def test_server_that_is_not_there_and_password_that_is(tmp_path: Any) -> None:
     url = f"postgresql://me:canary@/evidence?host={tmp_path}"
-    with pytest.raises(LostConnection, match="cannot be reached") as raised:
-        Repository.open(url)
-    assert "canary" not in str(raised.value)
+    raised = refused(LostConnection, Repository.open, url, says="cannot be reached")
+    assert "canary" not in str(raised)
 
 
 def test_database_that_does_not_exist_is_named_with_what_to_do(server: Any) -> None:
@@ -139,6 +139,5 @@ def test_database_that_does_not_exist_is_named_with_what_to_do(server: Any) -> N
 
 def test_user_who_does_not_exist_is_told_about_users(server: Any) -> None:
     url = server.url("postgres").replace("tester@", "stranger@")
-    with pytest.raises(PlatformError, match="does not let this user in") as raised:
-        Repository.open(url)
-    assert not isinstance(raised.value, LostConnection)
+    raised = refused(PlatformError, Repository.open, url, says="does not let this user in")
+    assert not isinstance(raised, LostConnection)

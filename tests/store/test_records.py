@@ -9,13 +9,13 @@ from adeye.errors import InputError
 from adeye.identity import digest
 from adeye.judge.verdict import Verdict
 from adeye.store import records
+from tests.refusals import refused
 
 
 def test_a_field_that_the_row_lacks_is_no_default() -> None:
     row = {"value": 1.0, "status": "value", "time_s": 2.0, "actor": None}
     assert records.of_row(records.MetricValue, row) == records.MetricValue(1.0, "value", 2.0)
-    with pytest.raises(KeyError, match="status"):
-        records.of_row(records.MetricValue, {"value": 1.0})
+    refused(KeyError, records.of_row, records.MetricValue, {"value": 1.0}, says="status")
 
 
 def test_result_depends_on_each_part_of_the_engine_and_on_the_test_case() -> None:
@@ -40,8 +40,7 @@ def test_content_is_identified_by_what_it_says_not_by_its_name() -> None:
 def test_metric_without_finite_value_needs_a_status_and_no_number() -> None:
     bad = [(value, "value") for value in (math.inf, -math.inf, math.nan, None)]
     for value, status in (*bad, (math.inf, "no_conflict"), (math.nan, "error"), (1.0, "error")):
-        with pytest.raises(ValueError, match="does not fit status"):
-            records.MetricValue(value, status)
+        refused(ValueError, records.MetricValue, value, status, says="does not fit status")
 
 
 def test_nan_is_error_and_nothing_else() -> None:
@@ -49,8 +48,7 @@ def test_nan_is_error_and_nothing_else() -> None:
         values: dict[str, Any] = {"is_exercised": True, field: math.nan}
         records.VerdictRecord("F", "d", Verdict.ERROR, **values)
         for verdict in set(Verdict) - {Verdict.NOT_RUN, Verdict.ERROR}:
-            with pytest.raises(ValueError, match="NaN"):
-                records.VerdictRecord("F", "d", verdict, **values)
+            refused(ValueError, records.VerdictRecord, "F", "d", verdict, **values, says="NaN")
 
 
 def test_executed_run_is_never_not_run() -> None:
@@ -60,8 +58,7 @@ def test_executed_run_is_never_not_run() -> None:
 
 @pytest.mark.parametrize("seed", [-1, 2**63])
 def test_seed_must_fit_a_column(example: Any, seed: int) -> None:
-    with pytest.raises(InputError, match=str(seed)):
-        example.case(0, seed=seed)
+    refused(InputError, example.case, 0, seed=seed, says=str(seed))
 
 
 def test_block_executes_what_has_no_result_once() -> None:

@@ -26,6 +26,7 @@ from adeye.store.schema import trigger_ddl
 from adeye.store.tables import metadata
 from adeye.store.views import view_ddl
 from tests.hostile_sql import STATEMENTS
+from tests.refusals import refused
 from tests.store.conftest import Store
 from tests.store.raw import unguarded
 from tests.stored import stored
@@ -108,8 +109,7 @@ def test_older_database_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     path = tmp_path / "a.db"
     schema.upgrade(path)
     monkeypatch.setattr(schema, "_HEAD", "0099")
-    with pytest.raises(PlatformError, match="'adeye db upgrade'"):
-        Repository.open(path)
+    refused(PlatformError, Repository.open, path, says="'adeye db upgrade'")
 
 
 def test_database_is_upgraded(store: Store, request: pytest.FixtureRequest) -> None:
@@ -135,8 +135,7 @@ def test_database_of_another_release_is_refused(tmp_path: Path, version: str, to
     set_version(path, version)
     before = path.read_bytes()
     for action in (schema.upgrade, Repository.open):
-        with pytest.raises(PlatformError, match=f"{version}.*{told}"):
-            action(path)
+        refused(PlatformError, action, path, says=f"{version}.*{told}")
     assert path.read_bytes() == before
     assert schema.current(path) == version
 
@@ -154,20 +153,17 @@ def test_database_of_someone_else_is_left_alone(tmp_path: Path) -> None:
     path.touch()
     for _ in range(2):
         for reader in READERS.values():
-            with pytest.raises(PlatformError, match="not made by adeye"):
-                reader(path)
+            refused(PlatformError, reader, path, says="not made by adeye")
         with closing(sqlite3.connect(path)) as connection:
             connection.execute("CREATE TABLE IF NOT EXISTS theirs (x)")
     for action in (schema.upgrade, Repository.open):
-        with pytest.raises(PlatformError, match="did not make"):
-            action(path)
+        refused(PlatformError, action, path, says="did not make")
     assert set(ddl(path)) == {"theirs"}
 
 
 def test_missing_database_is_an_input_error_for_readers_and_not_made(tmp_path: Path) -> None:
     for reader in READERS.values():
-        with pytest.raises(InputError, match=r"no such file.*Run a campaign"):
-            reader(tmp_path / "a.db")
+        refused(InputError, reader, tmp_path / "a.db", says=r"no such file.*Run a campaign")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -180,8 +176,7 @@ def test_failed_migration_leaves_nothing(tmp_path: Path, monkeypatch: pytest.Mon
         raise RuntimeError("power cut")
 
     monkeypatch.setattr(schema, "_migrate", fail_after)
-    with pytest.raises(RuntimeError, match="power cut"):
-        schema.upgrade(path)
+    refused(RuntimeError, schema.upgrade, path, says="power cut")
     assert ddl(path) == {}
     monkeypatch.undo()
     assert schema.upgrade(path) == schema.head()
@@ -224,8 +219,7 @@ def test_stored_rows_are_never_changed_or_deleted(store: Store) -> None:
 
 
 def test_dialect_without_triggers_is_an_error() -> None:
-    with pytest.raises(KeyError):
-        trigger_ddl("mysql")
+    refused(KeyError, trigger_ddl, "mysql")
 
 
 # --- the catalogue of a database: its tables, views and triggers, and what was altered

@@ -21,6 +21,7 @@ from adeye.store.read import query
 from adeye.store.read.query import run_query
 from adeye.store.repository import Repository
 from tests.project import Executed
+from tests.refusals import refused
 from tests.stored import known, stored
 
 
@@ -68,8 +69,7 @@ def test_what_is_no_database_is_named(tmp_path: Path) -> None:
     path.write_bytes(b"This is a text, not a database. " * 40)
     with pytest.raises(PlatformError, match=r"no\.db is not a database"), Database(path).read():
         pass
-    with pytest.raises(InputError, match="is a folder"):
-        Database(tmp_path)
+    refused(InputError, Database, tmp_path, says="is a folder")
 
 
 def fill_the_disk(database: Database) -> None:
@@ -131,8 +131,7 @@ def test_first_switch_to_wal_waits_for_the_lock(monkeypatch: pytest.MonkeyPatch)
     assert next(connection.times, None) is None
     monkeypatch.setattr(sqlite, "BUSY_TIMEOUT_S", 0.0)
     connection = BusyConnection(1000)
-    with pytest.raises(sqlite3.OperationalError, match="locked"):
-        sqlite._enter_wal(connection)
+    refused(sqlite3.OperationalError, sqlite._enter_wal, connection, says="locked")
 
 
 def test_message_that_is_not_utf_8_is_damage_in_words(tmp_path: Path) -> None:
@@ -280,10 +279,8 @@ def test_database_that_was_removed_or_exchanged_is_noticed(tmp_path: Path) -> No
         repository.reopen()
         content = path.read_bytes()
         path.unlink()
-        with pytest.raises(PlatformError, match="is gone: it was removed"):
-            repository.reopen()
+        refused(PlatformError, repository.reopen, says="is gone: it was removed")
         path.touch()
         repository.reopen()
-        with pytest.raises(PlatformError):
-            repository.campaigns()
+        refused(PlatformError, repository.campaigns)
         path.write_bytes(content)

@@ -36,6 +36,7 @@ from tests.project import (
     one_scenario,
     run_cases,
 )
+from tests.refusals import refused
 from tests.sql import rows
 from tests.stored import known
 
@@ -150,10 +151,9 @@ def test_clock_beyond_ticks(make_project: MakeProject, monkeypatch: pytest.Monke
     scenarios = [case.scenario for case in project.plan().examples()]
     longest = max(max(scenario.horizon, scenario.tail) for scenario in scenarios)
     monkeypatch.setattr("adeye.spec.clock.MAX_TICKS", int(longest / 0.05) + 1)
-    with pytest.raises(SpecError, match=r"half the step, 0\.025 s") as raised:
-        project.plan()
-    assert raised.value.where is not None
-    assert raised.value.where.line is not None
+    raised = refused(SpecError, project.plan, says=r"half the step, 0\.025 s")
+    assert raised.where is not None
+    assert raised.where.line is not None
 
 
 # --- what it tells
@@ -406,8 +406,7 @@ def test_interrupted_twins_are_gone_on_with(
 
     with monkeypatch.context() as patched:
         patched.setattr(halving.HalfStepTasks, "absorb", interrupted)
-        with pytest.raises(KeyboardInterrupt):
-            project.run()
+        refused(KeyboardInterrupt, project.run)
     kept = count_rows(project.db, "run")
     assert 0 < kept < TWINS
     assert lines(project) == []
@@ -542,5 +541,4 @@ def test_gate_takes_no_loss_for_a_regression_that_the_step_is_worth(
 
 @pytest.mark.parametrize("what", [None, "mini", "1"])
 def test_campaign_that_did_not_ask_is_refused(mini: Executed, what: str | None) -> None:
-    with pytest.raises(InputError, match="without numeric uncertainty"):
-        uncertainty_table(mini.db, what)
+    refused(InputError, uncertainty_table, mini.db, what, says="without numeric uncertainty")

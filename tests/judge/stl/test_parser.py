@@ -114,12 +114,11 @@ def test_what_is_no_formula_is_refused_at_its_place(
         assert shape(parse_with({}, text)[0]) == text
         return
     where = SourceLocation("concept.yaml", 12, 5)
-    with pytest.raises(ExpressionError) as caught:
-        parse_with({}, text, where)
-    assert f"formula '{text}', character {column}: " in caught.value.message
+    caught = refused(ExpressionError, parse_with, {}, text, where)
+    assert f"formula '{text}', character {column}: " in caught.message
     assert what is not None
-    assert what in caught.value.message
-    assert str(caught.value).startswith("ExpressionError: concept.yaml:12:5: formula")
+    assert what in caught.message
+    assert str(caught).startswith("ExpressionError: concept.yaml:12:5: formula")
 
 
 def test_a_formula_too_deep_or_long_is_refused_and_never_overflows() -> None:

@@ -26,8 +26,7 @@ def series(values: list[Any], **options: Any) -> Series:
     [{"scale": 0.0}, {"scale": NAN}, {"scale": INF}, {"cap": 0.0}, {"cap": INF}, {"cap": -1.0}],
 )
 def test_scale_and_cap_are_finite_and_positive(options: dict[str, float]) -> None:
-    with pytest.raises(ValueError, match="finite and above 0"):
-        series([1.0], **options)
+    refused(ValueError, series, [1.0], **options, says="finite and above 0")
 
 
 def test_shapes_must_agree() -> None:

@@ -232,8 +232,7 @@ def test_key_and_signature_of_somebody_else_and_none_at_all_are_refused(
     forged = {**signed, "sig": base64.b64encode(bytes(64)).decode()}
     for signatures in ([forged], []):
         (tmp_path / "m.sig").write_text(json.dumps({**document, "signatures": signatures}))
-        with pytest.raises(IntegrityError):
-            manifest.require_signed(CONTENT, tmp_path / "m.sig", keys[1])
+        refused(IntegrityError, manifest.require_signed, CONTENT, tmp_path / "m.sig", keys[1])
 
 
 @pytest.mark.parametrize(
@@ -262,8 +261,7 @@ def test_keys_are_for_their_owner_and_not_overwritten(
 ) -> None:
     assert keys[0].stat().st_mode & 0o077 == 0
     before = keys[0].read_bytes()
-    with pytest.raises(InputError, match="is there already"):
-        manifest.write_keys(*keys)
+    refused(InputError, manifest.write_keys, *keys, says="is there already")
     assert keys[0].read_bytes() == before
     with pytest.raises(PlatformError, match="cannot be written"):
         manifest.write_keys(tmp_path / "no" / "k.pem", tmp_path / "p")

@@ -17,6 +17,7 @@ from adeye.simulate.channels.factory import make_channel
 from adeye.spec.channels import PolicyParameters
 from adeye.testing import World, channel_context, check_channel, drive
 from adeye.testing.scenes import passenger_car
+from tests.refusals import refused
 from tests.simulate.channels.perceived import LINKS, SENSORS, shown
 from tests.stored import stored
 
@@ -113,16 +114,14 @@ def test_dead_sensor_degrades_and_a_missing_estimate_is_a_fault(folder: Path) ->
 
 
 def test_missing_policy_names_functions_objects_and_classes_of_the_file(folder: Path) -> None:
-    with pytest.raises(SpecError) as caught:
-        subject.load_policy("./mine.py:qqq", folder)
-    offered = caught.value.remedy.removeprefix("Allowed: ").removesuffix(".").split(", ")
+    caught = refused(SpecError, subject.load_policy, "./mine.py:qqq", folder)
+    offered = caught.remedy.removeprefix("Allowed: ").removesuffix(".").split(", ")
     policies = {"keep", "network", "Predictor", "Batched"}
     assert policies <= set(offered)
     assert all(subject.load_policy(f"./mine.py:{name}", folder).source_digest for name in policies)
     assert not {"number", "np", "nothing"} & set(offered)
     for name, message in (("number", "is no policy"), ("nothing", "has no 'nothing'")):
-        with pytest.raises(SpecError, match=message):
-            subject.load_policy(f"./mine.py:{name}", folder)
+        refused(SpecError, subject.load_policy, f"./mine.py:{name}", folder, says=message)
 
 
 def observed(objects: list[list[float]], asked: PolicyParameters, ticks: int = 10) -> Any:

@@ -4,12 +4,12 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import pytest
 
 from adeye import delivery as subject
 from adeye.kernel.random import owner_id
 from adeye.signals import Floats, Measurement
 from adeye.simulate.sensors.ranging import RangingSensor
+from tests.refusals import refused
 from tests.simulate.sensors.scenes import (
     CAR,
     scene,
@@ -118,8 +118,7 @@ def test_tick_that_nobody_looked_at_loses_no_sample() -> None:
 def test_samples_with_more_than_the_first_measurement_are_refused() -> None:
     delivery = subject.Delivery(1, 0, made(-1.0), delays(1, 1))
     delivery.push(0, subject.no_measurement(1, 1, with_estimate=True))
-    with pytest.raises(ValueError, match="estimate is in only one"):
-        delivery.newest(1)
+    refused(ValueError, delivery.newest, 1, says="estimate is in only one")
 
 
 def radar(jitter: int) -> list[Measurement]:

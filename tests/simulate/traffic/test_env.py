@@ -17,6 +17,7 @@ from adeye.errors import InputError, SpecError, UsageError
 from adeye.simulate.traffic.env import CONTACT_REWARD, ENV_ID, TrafficVectorEnv, draw_parameters
 from adeye.spec.scenario import LogicalScenario
 from tests.motorway import make_case, make_scenario
+from tests.refusals import refused
 
 CHANGES: dict[str, Any] = {
     "parameters": {
@@ -237,8 +238,7 @@ def test_options_that_mean_nothing_are_refused(env: TrafficVectorEnv) -> None:
         ({"reset_mask": np.array([True, False, False, False])}, "have never begun"),
     ]
     for options, message in wrong:
-        with pytest.raises(UsageError, match=message):
-            env.reset(options=options)
+        refused(UsageError, env.reset, options=options, says=message)
 
 
 def test_wrappers_of_gymnasium_reset_by_the_mask_as_with_its_own_vectors(
@@ -298,8 +298,7 @@ def test_wrong_use_is_an_error_that_says_what_to_do(env: TrafficVectorEnv) -> No
     with pytest.raises(UsageError, match=r"Call reset\(\) first"):
         env.step(idle(env))
     case = make_case(make_scenario(**CHANGES))
-    with pytest.raises(UsageError, match="1 test cases for 4 runs"):
-        env.reset(options={"cases": [case]})
+    refused(UsageError, env.reset, options={"cases": [case]}, says="1 test cases for 4 runs")
     with pytest.raises(UsageError, match="other objects or events"):
         env.reset(options={"cases": [make_case(make_scenario())] * 4})
     env.reset(seed=1)
@@ -315,5 +314,4 @@ def test_constraints_that_nothing_satisfies_are_an_error() -> None:
     env = TrafficVectorEnv(
         1, scenario=scenario, architecture=make_case(make_scenario()).architecture
     )
-    with pytest.raises(SpecError, match="none of 1000 draws"):
-        env.reset(seed=1)
+    refused(SpecError, env.reset, seed=1, says="none of 1000 draws")

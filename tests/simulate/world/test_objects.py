@@ -13,6 +13,7 @@ from adeye.simulate.world.formulas import BELOW_ZERO, Formulas, structure
 from adeye.simulate.world.roads import build_roads
 from adeye.spec.scenario import ActorKind, ObjectKind
 from tests.motorway import make_case, make_scenario
+from tests.refusals import refused
 
 
 def test_default_size_of_every_actor_keeps_the_legal_limits_of_width_and_height() -> None:
@@ -32,8 +33,7 @@ def test_every_kind_has_a_reflectivity_between_nothing_and_everything() -> None:
 def test_every_kind_of_actor_and_object_and_no_other_has_a_class() -> None:
     kinds = (*get_args(ActorKind), *get_args(ObjectKind))
     assert [OBJECT_CLASSES[number] for number in objects.class_indices(kinds)] == list(kinds)
-    with pytest.raises(ValueError, match="not in tuple"):
-        objects.class_index("hovercraft")
+    refused(ValueError, objects.class_index, "hovercraft", says="not in tuple")
 
 
 # --- Formulas over a batch: columns in the order of the cases, errors that name the field ---------
@@ -157,8 +157,7 @@ def test_a_circle_of_gaps_is_refused_with_its_members() -> None:
         }
     )
     assert gap_circle(scenario) == ("a", "b", "a")
-    with pytest.raises(SpecError, match=r"actors\.a\.start\.ahead_of: .*circle: a → b → a"):
-        gap_order(scenario)
+    refused(SpecError, gap_order, scenario, says=r"actors\.a\.start\.ahead_of: .*circle: a → b → a")
 
 
 def test_an_impossible_start_is_an_error_with_its_field() -> None:
@@ -171,8 +170,7 @@ def test_an_impossible_start_is_an_error_with_its_field() -> None:
         ({"ego": {"speed": "-1 m/s"}}, r"ego\.speed: -1 m/s"),
     ]
     for changes, message in impossible:
-        with pytest.raises(SpecError, match=message):
-            resolve(**changes)
+        refused(SpecError, resolve, **changes, says=message)
 
 
 BEND = {"kind": "curve", "radius": "60 m", "length": "250 m"}
@@ -223,11 +221,9 @@ def test_a_start_where_there_is_no_road_is_refused() -> None:
         ({"s": "-1 m"}, r" ego\.s: -1 m is not on the road"),
         ({"offset": "-8 m"}, r" ego\.offset: -2\.75 m from the right edge"),
     ):
-        with pytest.raises(SpecError, match=message):
-            resolve(ego=ego)
+        refused(SpecError, resolve, ego=ego, says=message)
     for actor, message in OUTSIDE:
-        with pytest.raises(SpecError, match=rf" actors\.a\.{message}"):
-            resolve(actors={"a": actor})
+        refused(SpecError, resolve, actors={"a": actor}, says=rf" actors\.a\.{message}")
         meant = {**actor, "start": {**actor["start"], "off_road": True}}
         assert resolve(actors={"a": meant}).s.shape == (1, 1)
 

@@ -17,6 +17,7 @@ from adeye.judge.verdict import ExitCode, Verdict
 from adeye.store.evidence import roots
 from adeye.store.read.totals import gate_code
 from adeye.store.repository import Repository
+from tests.refusals import refused
 from tests.sql import alter
 from tests.store.conftest import Example, Store
 from tests.store.raw import guarded, unguarded
@@ -44,8 +45,7 @@ def test_altered_evidence_is_not_proven(repository: Repository, campaign: str, r
     (number,) = raw.execute("SELECT number FROM run WHERE result_digest = ?", (digest,)).fetchone()
     raw.execute("UPDATE verdict SET margin = 7.5 WHERE run_number = ?", (number,))
     for run, said in ((digest, "table verdict: rows are not"), ("4", "its evidence has root")):
-        with pytest.raises(IntegrityError, match=said):
-            repository.evidence.prove(run, campaign)
+        refused(IntegrityError, repository.evidence.prove, run, campaign, says=said)
 
 
 def test_what_has_no_leaf_is_not_proven(store: Store) -> None:
@@ -126,8 +126,7 @@ def test_withdrawal_that_is_gone_leaves_nothing_green(store: Store, raw: Any) ->
     raw.execute("DELETE FROM withdrawal")
     guarded(raw)
     assert gate_code(repository, info)[0] is ExitCode.INTEGRITY
-    with pytest.raises(IntegrityError, match="withdrawal 1: is missing"):
-        repository.require_sound(info.id)
+    refused(IntegrityError, repository.require_sound, info.id, says="withdrawal 1: is missing")
 
 
 def test_withdrawals_are_counted_and_need_words(repository: Repository, campaign: str) -> None:
@@ -194,16 +193,14 @@ def test_proof_is_of_one_place_and_size() -> None:
         roots.Proof(9, 6, ()),
         roots.Proof(0, 1, (items[0],)),
     ):
-        with pytest.raises(ValueError, match="does not fit"):
-            wrong.root(items[2])
+        refused(ValueError, wrong.root, items[2], says="does not fit")
 
 
 def test_nothing_is_proven_of_no_leaf() -> None:
     with pytest.raises(ValueError, match="no root"):
         roots.Tree().root()
     for tree in (grown(leaves(3)), grown(leaves(3), 3)):
-        with pytest.raises(ValueError, match="there is no leaf"):
-            tree.proof()
+        refused(ValueError, tree.proof, says="there is no leaf")
 
 
 @pytest.mark.slow
@@ -275,8 +272,7 @@ def test_altered_evidence_of_a_complete_campaign_is_refused(store: Store) -> Non
     if not store.repository.location.is_server:
         # A server lets no bytes into a column of numbers.
         store.raw.execute("UPDATE verdict SET margin = x'00' WHERE run_number = 3")
-        with pytest.raises(IntegrityError, match="damaged"):
-            store.repository.evidence.computed_root(campaign)
+        refused(IntegrityError, store.repository.evidence.computed_root, campaign, says="damaged")
     assert "campaign_root" in {item.table for item in store.repository.verify()}
 
 

@@ -13,6 +13,7 @@ from adeye.errors import InputError
 from adeye.judge.verdict import Verdict
 from adeye.spec.concept import Waiver
 from adeye.store.repository import Repository
+from tests.refusals import refused
 from tests.store.conftest import Store
 from tests.stored import known
 
@@ -48,16 +49,12 @@ def test_names_of_nothing_are_input_errors(repository: Repository, campaign: str
         ("xyz!", "not the beginning"),
         ("0" * 32, "there is none"),
     ):
-        with pytest.raises(InputError, match=message) as caught:
-            repository.find_campaign(name)
-        assert f"There are: 1 (motorway, {campaign[:10]})." in str(caught.value)
+        caught = refused(InputError, repository.find_campaign, name, says=message)
+        assert f"There are: 1 (motorway, {campaign[:10]})." in str(caught)
     for name in ("", "ab", "5", "ABCD", "%%%%", "____", "' OR 1=1", "٣٣٣٣"):
-        with pytest.raises(InputError, match="not the beginning of a digest"):
-            repository.find_run(name)
-    with pytest.raises(InputError, match="run '99999'"):
-        repository.find_run("99999", campaign=campaign)
-    with pytest.raises(InputError, match="there is none"):
-        repository.test_case_row("0" * 64)
+        refused(InputError, repository.find_run, name, says="not the beginning of a digest")
+    refused(InputError, repository.find_run, "99999", campaign=campaign, says="run '99999'")
+    refused(InputError, repository.test_case_row, "0" * 64, says="there is none")
 
 
 def test_run_is_found_by_ordinal_and_by_prefix(store: Store, campaign: str) -> None:
@@ -94,10 +91,9 @@ def test_ambiguous_prefix_lists_what_it_could_be(store: Store) -> None:
     store.plan(cases)
     digests = sorted(case.result_digest for case in cases)
     prefix = next(first[:4] for first, second in pairwise(digests) if first[:4] == second[:4])
-    with pytest.raises(InputError, match="ambiguous") as caught:
-        store.repository.find_run(prefix)
+    caught = refused(InputError, store.repository.find_run, prefix, says="ambiguous")
     for digest in digests:
-        assert (digest[:12] in str(caught.value)) == digest.startswith(prefix)
+        assert (digest[:12] in str(caught)) == digest.startswith(prefix)
 
 
 def test_test_case_can_be_made_again_from_what_is_stored(store: Store) -> None:

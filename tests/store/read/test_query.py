@@ -25,6 +25,7 @@ from adeye.store.views import view_ddl
 from tests import hostile_sql
 from tests.postgres import Server
 from tests.project import ROOT
+from tests.refusals import refused
 from tests.store.conftest import Example
 from tests.store.raw import on_sqlite
 from tests.stored import stored
@@ -284,8 +285,7 @@ def test_server_plans_for_the_rows_that_are_read(alice: str) -> None:
     "sql", ["SELECT 1) AS one, (SELECT 2", "SELECT 1)", "(SELECT 1", "SELECT 1) AS x LIMIT 5 --"]
 )
 def test_brackets_of_a_statement_do_not_close_ours(alice: str, sql: str) -> None:
-    with pytest.raises(InputError, match="bracket"):
-        run_query(alice, sql)
+    refused(InputError, run_query, alice, sql, says="bracket")
 
 
 @pytest.mark.slow
@@ -331,8 +331,7 @@ def test_role_and_transaction_hold_without_the_list_of_words(
 ) -> None:
     monkeypatch.setattr(server_query, "checked", tokens_of)
     before = content(owned)
-    with pytest.raises(InputError, match="query: "):
-        run_query(alice, sql, timeout_s=5.0)
+    refused(InputError, run_query, alice, sql, timeout_s=5.0, says="query: ")
     assert content(owned) == before
 
 
@@ -365,8 +364,7 @@ def test_endless_statement_is_stopped_at_its_deadline_on_a_server(alice: str, sq
     ],
 )
 def test_statement_that_takes_all_memory_is_stopped_on_a_server(alice: str, sql: str) -> None:
-    with pytest.raises(AdeyeError, match="query: "):
-        run_query(alice, sql, timeout_s=20.0)
+    refused(AdeyeError, run_query, alice, sql, timeout_s=20.0, says="query: ")
 
 
 @pytest.mark.slow
@@ -409,10 +407,8 @@ def test_user_without_rights_is_told_by_every_reader(owned: str) -> None:
     url = owned.replace("://tester@", "://mallory@")
     told = r"let user mallory read.*'adeye db grant mallory'"
     for is_made in (False, True):
-        with pytest.raises(PlatformError, match=told):
-            Repository.open(url, create=is_made)
-    with pytest.raises(PlatformError, match="adeye db grant mallory"):
-        run_query(url, "SELECT * FROM v_runs")
+        refused(PlatformError, Repository.open, url, create=is_made, says=told)
+    refused(PlatformError, run_query, url, "SELECT * FROM v_runs", says="adeye db grant mallory")
 
 
 @pytest.mark.slow
@@ -432,8 +428,7 @@ def test_owner_who_may_not_make_roles_is_told_what_granting_needs(server: Server
 def test_mighty_user_without_a_reading_role_is_refused(server: Server) -> None:
     url = server.new_database()
     Repository.open(url).close()
-    with pytest.raises(InputError, match="adeye db grant"):
-        run_query(url, "SELECT 1")
+    refused(InputError, run_query, url, "SELECT 1", says="adeye db grant")
     grant(locate(url), None)
     assert run_query(url, "SELECT 1 AS a").rows == ((1,),)
     # Views that come later can be read, too.
@@ -457,8 +452,7 @@ def test_reading_passes(sql: str) -> None:
 
 @pytest.mark.parametrize("sql", hostile_sql.STATEMENTS["words_refused"])
 def test_everything_else_is_refused(sql: str) -> None:
-    with pytest.raises(InputError, match="query: "):
-        checked(sql)
+    refused(InputError, checked, sql, says="query: ")
 
 
 def test_text_and_name_hide_no_statement() -> None:

@@ -17,6 +17,7 @@ from adeye.simulate.channels.process.channel import ProcessChannel, command_file
 from adeye.spec.channels import ProcessParameters
 from adeye.testing import channel_context, check_channel
 from docs import walk
+from tests.refusals import refused
 
 PAGE = Path(__file__).resolve().parents[4] / "docs" / "guide" / "process-channels.md"
 IN_C = r"""
@@ -194,15 +195,13 @@ def test_other_programs_are_found_on_the_path(folder_program: Path) -> None:
     ],
 )
 def test_bad_program_is_refused(folder_program: Path, command: tuple[str, ...], words: str) -> None:
-    with pytest.raises(SpecError, match=words) as caught:
-        find_program(command, folder_program)
-    assert caught.value.remedy
+    caught = refused(SpecError, find_program, command, folder_program, says=words)
+    assert caught.remedy
 
 
 def test_other_systems_are_told_need(folder_program: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("adeye.simulate.channels.process.channel.os.name", "nt")
-    with pytest.raises(SpecError, match="needs a POSIX system"):
-        find_program(("./drive",), folder_program)
+    refused(SpecError, find_program, ("./drive",), folder_program, says="needs a POSIX system")
 
 
 @pytest.mark.slow

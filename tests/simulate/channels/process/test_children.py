@@ -12,6 +12,7 @@ import pytest
 
 from adeye.errors import PlatformError
 from adeye.simulate.channels.process.channel import LONGEST_LINE, Broken, Ceilings, Children
+from tests.refusals import refused
 
 CEILINGS = Ceilings(cpu_s=20, memory=2**30, file_size=2**20, open_files=32, processes=4)
 ECHO = "import sys\nfor line in sys.stdin: print(line, end='', flush=True)"
@@ -111,8 +112,7 @@ def test_dead_warden_is_no_failure_of_the_channel(children: Children) -> None:
     warden, _ = children.ask({0: b"\n"}, {0: 20.0})[0]
     assert isinstance(warden, bytes)
     os.kill(int(warden), signal.SIGKILL)
-    with pytest.raises(PlatformError, match="watches over the programs"):
-        children.ask({0: b"\n"}, {0: 20.0})
+    refused(PlatformError, children.ask, {0: b"\n"}, {0: 20.0}, says="watches over the programs")
 
 
 def test_system_without_room_for_programs_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -120,14 +120,12 @@ def test_system_without_room_for_programs_is_named(monkeypatch: pytest.MonkeyPat
         raise OSError(24, "Too many open files")
 
     monkeypatch.setattr(socket, "socketpair", full)
-    with pytest.raises(PlatformError, match="Too many open files"):
-        Children()
+    refused(PlatformError, Children, says="Too many open files")
 
 
 def test_other_systems_are_told_need(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("adeye.simulate.channels.process.channel.os.name", "nt")
-    with pytest.raises(PlatformError, match="POSIX"):
-        Children()
+    refused(PlatformError, Children, says="POSIX")
 
 
 def is_gone(pid: int) -> bool:
