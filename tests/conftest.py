@@ -1,4 +1,10 @@
-"""What tests of the whole product share: a project on disk and one small executed campaign."""
+"""What tests of the whole product share: a project on disk and one small executed campaign.
+
+The process that only hands tests out reads this, too, and the others wait for it: the product is
+imported where it is used.
+"""
+
+from __future__ import annotations
 
 import gc
 import os
@@ -6,19 +12,20 @@ import signal
 import time
 from collections.abc import Callable, Generator, Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import pytest
 from hypothesis import HealthCheck, settings
 
-from adeye.sweep.case import TestCase
-from adeye.trace import Trace
 from tests import postgres
-from tests.postgres import Server
-from tests.project import Executed, Project, run_cases
-from tests.suites import build_suites
 
-MakeProject = Callable[..., Project]
+if TYPE_CHECKING:
+    from adeye.sweep.case import TestCase
+    from adeye.trace import Trace
+    from tests.postgres import Server
+    from tests.project import Executed, Project
+
+MakeProject: TypeAlias = "Callable[..., Project]"
 
 # How fast a machine is decides no test.
 settings.register_profile(
@@ -91,6 +98,7 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 @pytest.fixture
 def make_project(tmp_path: Path) -> MakeProject:
     """Return a maker of projects, the mini ODD unless another is given."""
+    from tests.project import Project
 
     def make(odd: dict[str, Any] | None = None, *, name: str = "project") -> Project:
         return Project(tmp_path / name, odd)
@@ -101,6 +109,8 @@ def make_project(tmp_path: Path) -> MakeProject:
 @pytest.fixture(scope="session")
 def mini(tmp_path_factory: pytest.TempPathFactory) -> Executed:
     """The mini campaign, executed in this process; nobody writes to it."""
+    from tests.project import Executed, Project
+
     project = Project(tmp_path_factory.mktemp("mini") / "project")
     plan = project.plan()
     return Executed(project, plan, project.run(), project.db)
@@ -109,12 +119,16 @@ def mini(tmp_path_factory: pytest.TempPathFactory) -> Executed:
 @pytest.fixture(scope="session")
 def suites(tmp_path_factory: pytest.TempPathFactory) -> Executed:
     """A campaign of five architectures to compare, executed; nobody writes to it."""
+    from tests.suites import build_suites
+
     return build_suites(tmp_path_factory.mktemp("suites") / "project")
 
 
 @pytest.fixture(scope="session")
 def cut_ins(mini: Executed) -> tuple[list[TestCase], Trace]:
     """The cut-ins of the candidate whose nominal channel falls silent, in one trace."""
+    from tests.project import run_cases
+
     cases = [
         case
         for case in mini.plan.cases

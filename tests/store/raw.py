@@ -13,7 +13,7 @@ from adeye.store.postgres import SCHEMA, translated
 from adeye.store.repository import Repository
 from adeye.store.schema import trigger_ddl
 from adeye.store.tables import metadata
-from tests.tampering import unguard
+from tests.tampering import at_once, unguard
 
 on_sqlite = pytest.mark.parametrize("place", ["sqlite"], indirect=True)
 """Marks a test of what only a file can have."""
@@ -109,8 +109,7 @@ def guarded(raw: Any) -> None:
     if isinstance(raw, _Server):
         raw.guarded()
         return
-    for statement in trigger_ddl():
-        raw.execute(statement)
+    at_once(raw, trigger_ddl())
 
 
 def raw_connection(repository: Repository) -> Raw:
