@@ -83,8 +83,8 @@ SIZES = (
 )
 
 
-def scenario(vehicles: int, seconds: float) -> LogicalScenario:
-    """Describe a lead that brakes hard, in the midst of reactive vehicles."""
+def scenario(vehicles: int, seconds: float, at: float = 2000.0 + 0.4 * GAP_M) -> LogicalScenario:
+    """Describe a lead that brakes hard, in the midst of reactive vehicles; the ego begins there."""
     actors = reactive_actors(range(vehicles - 2), 2000 - GAP_M * (vehicles // 2))
     actors["lead"] = {
         "kind": "car",
@@ -101,7 +101,7 @@ def scenario(vehicles: int, seconds: float) -> LogicalScenario:
     content["environment"]["friction"] = "friction"
     content["ego"] = {
         "lane": 1,
-        "s": f"{2000 + 0.4 * GAP_M} m",
+        "s": f"{at} m",
         "speed": "ego_speed",
         "desired_speed": "ego_speed",
     }

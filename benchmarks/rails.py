@@ -3,7 +3,7 @@
 The same platoon on three lanes, once with rails along a line of 60 arcs, whose lanes are cut into
 twelve slabs, once on the straight road of the two other kinds of arithmetic. Counted is what
 drivers decide and how they move, and that they are shown the ego; not contact, nor where the stage
-finds everything. All runs are on one road; as many roads as runs would not stay in the cache. CPU
+finds everything. All runs are on one road; ``imported.py`` has one for each. CPU
 time of one thread, rounds interleaved; the ratio is what counts.
 
     python benchmarks/rails.py            the whole measurement
@@ -16,7 +16,7 @@ import statistics
 import sys
 import time
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from closed_loop import LANES, Size, reactive_case
@@ -27,10 +27,15 @@ from adeye.simulate.traffic import rails
 from adeye.simulate.traffic.batch import BatchTraffic, show_placed
 from adeye.spec.scenario import Road
 
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from adeye.sweep.case import TestCase
+
 ARCS, SLABS, PIECE_M, RADIUS_M, WIDTH_M = 60, 12, 50.0, 800.0, 3.5
 
 
-def bent(case: Any) -> Any:
+def bent(case: TestCase) -> TestCase:
     """Return a test case on a line of arcs instead of its road."""
     line = [(PIECE_M, (-1.0) ** (k // 4) / RADIUS_M) for k in range(ARCS)]
     strips = [
@@ -39,16 +44,20 @@ def bent(case: Any) -> Any:
     slabs = [(k * ARCS * PIECE_M / SLABS, strips) for k in range(SLABS)]
     content = {"kind": "imported", "length": f"{ARCS * PIECE_M} m", "line": line, "slabs": slabs}
     content |= {"lanes": LANES, "lane_width": f"{WIDTH_M} m", "shoulder": "2.5 m"}
-    road = Road.model_validate(content | {"speed_limit": "60 m/s"})
+    return on_road(case, Road.model_validate(content | {"speed_limit": "60 m/s"}))
+
+
+def on_road(case: TestCase, road: Road) -> TestCase:
+    """Return a test case on another road."""
     world = case.scenario.world.model_copy(update={"road": road})
     return replace(case, scenario=case.scenario.model_copy(update={"world": world}))
 
 
-def cost_of(size: Size, variant: str) -> float:
-    """CPU seconds for a vehicle step."""
-    case = reactive_case(size)
+def cost_of(cases: Sequence[TestCase], size: Size, variant: str) -> float:
+    """CPU seconds for a vehicle step of test cases of a size."""
+    case = cases[0]
     traffic = BatchTraffic("fast" if variant == "rails" else variant)
-    traffic.reset([bent(case) if variant == "rails" else case] * size.runs)
+    traffic.reset(cases)
     stage, everyone = traffic._require_stage(), np.ones(size.runs, dtype=np.bool_)
     step, reacted, laid = case.step, traffic._reacted, traffic._rails
     command = np.zeros((size.runs, 2))
@@ -78,12 +87,12 @@ def measure(rounds: int, smoke: bool) -> list[dict[str, Any]]:  # noqa: FBT001 -
     for number in range(rounds + 1):
         for vehicles in (5,) if smoke else (5, 20):
             size = Size(vehicles, 8 if smoke else 512, 1.0 if smoke else 15.0, 1)
-            mine = cost_of(size, "rails")
+            case = reactive_case(size)
+            mine = cost_of([bent(case)] * size.runs, size, "rails")
             for variant in ("fast", "reference"):
+                other = cost_of([case] * size.runs, size, variant)
                 if number:
-                    found.setdefault((vehicles, variant), []).append((mine, cost_of(size, variant)))
-                else:
-                    cost_of(size, variant)
+                    found.setdefault((vehicles, variant), []).append((mine, other))
     return [
         {
             "vehicles": vehicles,

@@ -40,7 +40,8 @@ DRIVING, SHOULDER, PARKING, CYCLING, WALKING, OTHER = range(6)
 OWN, OPPOSITE = 1.0, -1.0
 
 LEAST_LANE: Final = 2.0
-"""Narrower, a lane that begins or ends is none yet, or none any more [m]. Our choice."""
+"""Narrower, a lane that begins or ends is none yet, or none any more [m]; so for drivers on rails.
+Our choice."""
 
 LEAST_TO_DRIVE: Final = 2.5
 """A lane that becomes narrower than that before it ends is driven no further [m]. Our choice."""
@@ -219,7 +220,12 @@ def middle_of_lane(slabs: Floats, strips: Floats, s: float, d: float) -> float:
 @compiled
 def limit_at(slabs: Floats, strips: Floats, s: float, d: float) -> float:
     """Return the speed limit of the lane of the ego's way that is nearest to a place [m/s]."""
-    slab = slab_at(slabs, s)
+    return limit_in(slabs, strips, slab_at(slabs, s), s, d)
+
+
+@compiled
+def limit_in(slabs: Floats, strips: Floats, slab: int, s: float, d: float) -> float:
+    """Return the speed limit at a place whose slab is known, see ``limit_at``."""
     first = int(slabs[slab, SLAB_FIRST])
     nearest, limit = math.inf, math.inf
     for row in range(first, first + int(slabs[slab, SLAB_STRIPS])):

@@ -61,9 +61,6 @@ NEEDED: Final = 300.0
 MORE_CHANGES: Final = 100.0
 """A lane that several changes lead out of counts as shorter, for each beyond the first [m]."""
 
-NARROWEST: Final = 2.5
-"""A lane that tapers ends, or begins, where it is as wide [m]."""
-
 MOST_LANES: Final = 62
 """A vehicle's lanes are the bits of one number."""
 
@@ -187,10 +184,10 @@ def _usable_end(rows: Floats, row: int, last: int, side: int) -> float:
         here = rows[row, LEFT] - rows[row, RIGHT]
         there = here + slope * (end - begin)
         outer, inner = (there, here) if side > 0 else (here, there)
-        if outer >= NARROWEST or side * slope >= 0.0:
+        if outer >= st.LEAST_LANE or side * slope >= 0.0:
             return end if side > 0 else begin
-        if inner >= NARROWEST:
-            return begin + (NARROWEST - here) / slope
+        if inner >= st.LEAST_LANE:
+            return begin + (st.LEAST_LANE - here) / slope
         if row == last:
             return begin if side > 0 else end
         row -= side

@@ -20,7 +20,7 @@ from adeye.kernel.road import (
     offset_curvature,
     position,
 )
-from adeye.kernel.strips import SLAB_BEGIN, slab_at
+from adeye.kernel.strips import SLAB_BEGIN, limit_in, slab_at
 from adeye.signals import parameter_record, spec_columns
 from adeye.simulate.channels.perception.pose import (
     POSE_ALIGN,
@@ -199,9 +199,11 @@ def allowed_ahead(ground: Ground, s: float, d: float, desired: float, braking: f
         way = max(0.0, begin - s)
         if braking * way >= square:
             break
-        bend = abs(offset_curvature(curvature, d))
-        if begin + length > s and bend > 0.0:
-            square = min(square, MAX_LATERAL / bend + braking * way)
+        # Straight pieces, and those behind, bound nothing.
+        if begin + length > s and curvature != 0.0:
+            bend = abs(offset_curvature(curvature, d))
+            if bend > 0.0:
+                square = min(square, MAX_LATERAL / bend + braking * way)
         begin += length
     slab = slab_at(ground.slabs, s)
     while slab < ground.slabs.shape[0]:
@@ -209,7 +211,7 @@ def allowed_ahead(ground: Ground, s: float, d: float, desired: float, braking: f
         way = max(0.0, begin - s)
         if braking * way >= square:
             break
-        limit = limit_at(ground, max(s, begin), d)
+        limit = limit_in(ground.slabs, ground.strips, slab, max(s, begin), d)
         square = min(square, limit * limit + braking * way)
         slab += 1
     return math.sqrt(square)

@@ -25,7 +25,7 @@ from adeye.kernel.motion import (
     fade,
 )
 from adeye.kernel.relation import AT_LEAST, compares, tick_time
-from adeye.kernel.road import Ground, Grounds, center_at, ground_of, lane_of, local
+from adeye.kernel.road import Ground, Grounds, ground_of, lane_at, lane_center, lane_of, local
 from adeye.kernel.storyboard import (
     Events,
     S,
@@ -525,8 +525,11 @@ def locate(ground: Ground, x: float, y: float, place: Floats) -> None:
     s, d, heading, curvature = local(ground.segments, x, y)
     place[signals.PLACE_S], place[signals.PLACE_D] = s, d
     place[signals.PLACE_HEADING], place[signals.PLACE_CURVATURE] = heading, curvature
-    place[signals.PLACE_LANE] = lane_of(ground, s, d)
-    place[signals.PLACE_OFFSET] = d - center_at(ground, s, d)
+    lane = lane_of(ground, s, d)
+    place[signals.PLACE_LANE] = lane
+    place[signals.PLACE_OFFSET] = d - lane_center(
+        ground, s, lane if lane >= 0 else lane_at(ground, s, d)
+    )
 
 
 @compiled

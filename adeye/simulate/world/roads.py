@@ -227,12 +227,13 @@ def _across(formulas: Formulas, width: Floats, shoulder: Floats, limit: Floats) 
     beside = np.zeros((formulas.runs, many, STRIP_WIDTH))
     across[:, :, SLAB_BEGIN] = np.inf
     for slabs, rows in parts:
-        first = 0
-        for number, (begin, found) in enumerate(slabs):
-            own = sum(strip[STRIP_LANE] >= 0.0 for strip in found)
-            across[rows, number] = (begin, first, len(found), own)
-            beside[rows, first : first + len(found)] = found
-            first += len(found)
+        table = np.array([strip for _, found in slabs for strip in found], dtype=np.float64)
+        counts = [len(found) for _, found in slabs]
+        first = np.cumsum([0, *counts[:-1]])
+        own = np.add.reduceat(table[:, STRIP_LANE] >= 0.0, first, dtype=np.int64)
+        begins = [begin for begin, _ in slabs]
+        across[rows, : len(slabs)] = np.column_stack([begins, first, counts, own])
+        beside[rows, : len(table)] = table
     return {"slabs": across, "strips": beside, "grades": _grades(formulas)}
 
 

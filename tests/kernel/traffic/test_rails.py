@@ -9,6 +9,7 @@ import pytest
 from adeye.kernel.boxes import boxes_overlap, wrap_to_pi
 from adeye.kernel.jit import compiled
 from adeye.kernel.road import lane_way, position
+from adeye.kernel.strips import LEAST_LANE
 from adeye.kernel.traffic import network as n
 from adeye.kernel.traffic import rails as k
 from adeye.kernel.traffic.rails import Rails, advance_rails
@@ -218,7 +219,7 @@ def test_tapered_lane_ends_where_it_is_too_narrow() -> None:
     taper = Strip(0.0, WIDTH, right_slope=WIDTH / 100.0)
     slabs = [(0.0, lanes(0, 1)), (700.0, [taper, *lanes(1)]), (800.0, lanes(1))]
     rails = lay(Lines(STRAIGHT, slabs), [])
-    assert rails.lanes[0, k.TO] == pytest.approx(700.0 + 100.0 * (1.0 - k.NARROWEST / WIDTH))
+    assert rails.lanes[0, k.TO] == pytest.approx(700.0 + 100.0 * (1.0 - LEAST_LANE / WIDTH))
 
 
 def test_lane_that_two_changes_lead_out_of_counts_as_shorter() -> None:
