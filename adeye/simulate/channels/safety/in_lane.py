@@ -463,7 +463,8 @@ def stop_in_lane(batch: Batch, run: int, requests: bool, is_danger: bool) -> int
         batch.path[corridor.PATH_REQUIRED],
         is_danger,
     )
-    steering = driving.steer(record, pose, memory[MEMORY_PATH])
+    ground = ground_of(batch.seen.grounds, run)
+    steering = driving.steer(record, ground, pose, memory[MEMORY_PATH])
     return answer(batch, run, float(memory[MEMORY_BRAKING]), steering, requests)
 
 
@@ -471,7 +472,8 @@ def stop_in_lane(batch: Batch, run: int, requests: bool, is_danger: bool) -> int
 def shadow(batch: Batch, run: int, requests: bool) -> int:  # noqa: FBT001 - a kernel
     """Give the command while no stop is driven: car following in the lane."""
     record, pose = batch.seen.records[run], batch.seen.pose[run]
-    steering = driving.steer(record, pose, batch.memory[run, MEMORY_PATH])
+    ground = ground_of(batch.seen.grounds, run)
+    steering = driving.steer(record, ground, pose, batch.memory[run, MEMORY_PATH])
     return answer(batch, run, follow_lane(batch, run), steering, requests)
 
 
@@ -479,12 +481,12 @@ def shadow(batch: Batch, run: int, requests: bool) -> int:  # noqa: FBT001 - a k
 def follow_lane(batch: Batch, run: int) -> float:
     """Return the acceleration of car following in the lane [m/s²]."""
     record, pose, path = batch.seen.records[run], batch.seen.pose[run], batch.path
+    ground = ground_of(batch.seen.grounds, run)
     return driving.follow(
         record,
+        ground,
         pose[POSE_SPEED],
-        driving.allowed_speed(
-            record, ground_of(batch.seen.grounds, run), pose, batch.memory[run, MEMORY_PATH]
-        ),
+        driving.allowed_speed(record, ground, pose, batch.memory[run, MEMORY_PATH]),
         path[corridor.PATH_GAP],
         path[corridor.PATH_SPEED],
         record["stop_deceleration"],
