@@ -14,6 +14,7 @@ from adeye.kernel.motion import idm_acceleration, lane_keeping_steering
 from adeye.kernel.road import (
     Ground,
     center_at,
+    curvature_at,
     has_strips,
     limit_at,
     local,
@@ -55,9 +56,17 @@ MAX_LATERAL: Final = 3.0
 keeping systems of passenger cars at most 3 m/s²."""
 
 IDM_EXPONENT: Final = 4.0
-LATE: Final = 2.0
-"""How much sooner a speed is asked for on roads whose limits and bends are looked for [s]. Our
-choice."""
+LATE: Final = 0.4
+"""How much sooner a speed is asked for on roads whose limits and bends are looked for [s]: what
+sensing, command and brake are late. Our choice."""
+_TRACKING: Final = 1.5
+"""Acceleration for a speed that is missing there [1/s]: what is 0.4 s late follows without
+swinging. Our choice."""
+_MOST_BRAKING: Final = 1.5
+"""How many times the comfortable deceleration that may brake. Our choice."""
+_WHEELS_LATE: Final = 0.2
+"""How much later than the pose the wheels have turned [s]: there the bend of such a road is read,
+for it grows along a spiral. Our choice, after the lag of steering and the delay of commands."""
 CHANGE_TIME: Final = 10.0
 CHANGE_WAY: Final = 50.0
 """For each change that leads out of a lane that ends, the way of this time [s] and this way more
@@ -128,18 +137,28 @@ def path_in_lane(ground: Ground, s: float, kept: float) -> float:
 
 
 @inlined
-def steer(record: Any, pose: Floats, path_d: float) -> float:
+def road_bend(ground: Ground, pose: Floats) -> float:
+    """Return the curvature of the reference line that is to be steered for [1/m]."""
+    if has_strips(ground):
+        way = _WHEELS_LATE * pose[POSE_SPEED]
+        return curvature_at(ground.segments, pose[POSE_S] + way)
+    return float(pose[POSE_CURVATURE])
+
+
+@inlined
+def steer(record: Any, ground: Ground, pose: Floats, path_d: float) -> float:
     """Return the steering angle that keeps the ego on a line beside the reference line [rad].
 
     Args:
         record: Has ``wheelbase`` and ``max_steering_angle``.
+        ground: The road.
         pose: (POSE_WIDTH,).
         path_d: Lateral place of the path [m].
     """
     return lane_keeping_steering(
         pose[POSE_D] - path_d,
         pose[POSE_ALIGN],
-        offset_curvature(pose[POSE_CURVATURE], path_d),
+        offset_curvature(road_bend(ground, pose), path_d),
         pose[POSE_SPEED],
         record["wheelbase"],
         0.5 * record["wheelbase"],
@@ -152,25 +171,29 @@ def steer(record: Any, pose: Floats, path_d: float) -> float:
 
 
 @inlined
-def allowed_speed(record: Any, ground: Ground, pose: Floats, path_d: float) -> float:
-    """Return the speed that desire, speed limit and the curves ahead allow [m/s].
+def allowed_speed(record: Any, ground: Ground, pose: Floats, path_d: float) -> tuple[float, float]:
+    """Return the speed that desire, speed limit and the curves ahead allow.
 
     Args:
         record: Has ``desired_speed`` and ``comfort_deceleration``.
         ground: The road.
         pose: (POSE_WIDTH,).
         path_d: Lateral place of the path [m].
+
+    Returns:
+        Speed [m/s], and the deceleration with which it falls from now on [m/s²], 0 where limits
+        and bends ahead are not planned for.
     """
     segments = ground.segments
     if has_strips(ground):
-        # Who follows a falling speed is late: the driver brakes only when it is faster.
-        ahead = pose[POSE_S] + LATE * pose[POSE_SPEED]
         braking = record["comfort_deceleration"]
+        now = allowed_ahead(ground, pose[POSE_S], path_d, record["desired_speed"], braking)
+        ahead = pose[POSE_S] + LATE * pose[POSE_SPEED]
         later = allowed_ahead(ground, ahead, path_d, record["desired_speed"], braking)
-        return min(later, allowed_ahead(ground, pose[POSE_S], path_d, later, braking))
+        return later if later[0] < now[0] else now
     allowed = min(record["desired_speed"], limit_at(ground, pose[POSE_S], path_d))
     if segments.shape[0] == 1 and segments[0, 4] == 0.0:
-        return float(allowed)
+        return float(allowed), 0.0
     for seconds in _CURVE_PREVIEWS:
         way = seconds * pose[POSE_SPEED]
         x, y, _ = position(segments, pose[POSE_S] + way, 0.0)
@@ -178,56 +201,101 @@ def allowed_speed(record: Any, ground: Ground, pose: Floats, path_d: float) -> f
         if bend > 0.0:
             square = MAX_LATERAL / bend + record["comfort_deceleration"] * way
             allowed = min(allowed, math.sqrt(square))
-    return float(allowed)
+    return float(allowed), 0.0
 
 
 @compiled
-def allowed_ahead(ground: Ground, s: float, d: float, desired: float, braking: float) -> float:
-    """Return the speed that lets a vehicle keep to every limit and bend ahead of it [m/s].
+def allowed_ahead(
+    ground: Ground, s: float, d: float, desired: float, braking: float
+) -> tuple[float, float]:
+    """Return the speed that lets a vehicle keep to every limit and bend ahead of it.
 
     Args:
         ground: A road with strips.
         s: Of the vehicle [m].
         d: Of its path [m].
         desired: [m/s].
-        braking: Deceleration that is comfortable; half of it is counted on [m/s²].
+        braking: Deceleration that is comfortable [m/s²].
+
+    Returns:
+        Speed [m/s] and the deceleration with which it falls there [m/s²].
     """
-    square = desired * desired
+    square, falls = desired * desired, 0.0
     begin = 0.0
     for k in range(ground.segments.shape[0]):
         length, curvature = ground.segments[k, 3], ground.segments[k, 4]
         way = max(0.0, begin - s)
-        if braking * way >= square:
+        if 2.0 * braking * way >= square:
             break
         # Straight pieces, and those behind, bound nothing.
         if begin + length > s and curvature != 0.0:
             bend = abs(offset_curvature(curvature, d))
             if bend > 0.0:
-                square = min(square, MAX_LATERAL / bend + braking * way)
+                there = MAX_LATERAL / bend + 2.0 * braking * way
+                if there < square:
+                    square, falls = there, braking if way > 0.0 else 0.0
         begin += length
     slab = slab_at(ground.slabs, s)
     while slab < ground.slabs.shape[0]:
         begin = ground.slabs[slab, SLAB_BEGIN]
         way = max(0.0, begin - s)
-        if braking * way >= square:
+        if 2.0 * braking * way >= square:
             break
         limit = limit_in(ground.slabs, ground.strips, slab, max(s, begin), d)
-        square = min(square, limit * limit + braking * way)
+        there = limit * limit + 2.0 * braking * way
+        if there < square:
+            square, falls = there, braking if way > 0.0 else 0.0
         slab += 1
-    return math.sqrt(square)
+    return math.sqrt(square), falls
 
 
 @inlined
-def follow(
-    record: Any, speed: float, allowed: float, gap: float, front_speed: float, hardest: float
+def slow_down(
+    record: Any,
+    ground: Ground,
+    wanted: float,
+    speed: float,
+    allowed: tuple[float, float],
+    hardest: float,
+) -> float:
+    """Return an acceleration that also keeps to an allowed speed that falls [m/s²].
+
+    The fall is what is commanded, and what is missing is corrected: who only chases a speed brakes
+    once it is faster, and downhill stays so.
+
+    Args:
+        record: Has ``comfort_deceleration``.
+        ground: The road; only limits and bends of one with strips are planned for.
+        wanted: Acceleration otherwise [m/s²].
+        speed: [m/s].
+        allowed: See ``allowed_speed``.
+        hardest: Largest deceleration [m/s²].
+    """
+    if not has_strips(ground):
+        return wanted
+    slower = _TRACKING * (allowed[0] - speed) - allowed[1]
+    slower = max(slower, -min(hardest, _MOST_BRAKING * record["comfort_deceleration"]))
+    return slower if slower < wanted else wanted
+
+
+@inlined
+def follow(  # noqa: PLR0913, PLR0917 - a kernel
+    record: Any,
+    ground: Ground,
+    speed: float,
+    allowed: tuple[float, float],
+    gap: float,
+    front_speed: float,
+    hardest: float,
 ) -> float:
     """Return the acceleration of car following, and hold the ego where it is to stand [m/s²].
 
     Args:
         record: Has ``time_gap``, ``standstill_gap``, ``max_acceleration`` and
             ``comfort_deceleration``.
+        ground: The road.
         speed: Of the ego [m/s].
-        allowed: Speed on a free road [m/s].
+        allowed: On a free road, see ``allowed_speed``.
         gap: To the object in the path [m], inf for none.
         front_speed: Its speed [m/s].
         hardest: Largest deceleration [m/s²].
@@ -236,7 +304,7 @@ def follow(
         speed,
         gap,
         front_speed,
-        allowed,
+        allowed[0],
         record["time_gap"],
         record["standstill_gap"],
         record["max_acceleration"],
@@ -244,6 +312,7 @@ def follow(
         IDM_EXPONENT,
         hardest,
     )
+    wanted = slow_down(record, ground, wanted, speed, allowed, hardest)
     if speed < STANDSTILL and wanted <= 0.0:
         return -min(HOLD_DECELERATION, hardest)
     return wanted

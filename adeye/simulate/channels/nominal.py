@@ -89,7 +89,7 @@ def nominal_step(  # noqa: PLR0913, PLR0917 - a kernel
     hardest = min(record["emergency_threshold"], record["emergency_deceleration"])
     allowed = driving.allowed_speed(record, ground, pose, path_d)
     acceleration = driving.follow(
-        record, speed, allowed, path[corridor.PATH_GAP], path[corridor.PATH_SPEED], hardest
+        record, ground, speed, allowed, path[corridor.PATH_GAP], path[corridor.PATH_SPEED], hardest
     )
     acceleration = driving.stand_before(record, speed, room, acceleration, hardest)
     memory[MEMORY_EMERGENCY] = is_emergency(
@@ -97,7 +97,7 @@ def nominal_step(  # noqa: PLR0913, PLR0917 - a kernel
     )
     if memory[MEMORY_EMERGENCY] > 0.0:
         acceleration = -record["emergency_deceleration"]
-    steering = driving.steer(record, pose, path_d)
+    steering = driving.steer(record, ground, pose, path_d)
     if not driving.is_number(acceleration, steering):
         command[0] = 0.0
         return FAULT

@@ -435,7 +435,7 @@ def _act(
             record["period"],
         )
         acceleration = _longitudinal(batch, run)
-        steering = driving.steer(record, pose, path_d)
+        steering = driving.steer(record, ground, pose, path_d)
         command[0] = 0.0
         if driving.is_number(acceleration, steering):
             command[0] = acceleration
@@ -473,17 +473,21 @@ def _longitudinal(batch: Drivers, run: int) -> float:
         if view[columns.LATERAL_GAP] <= 0.0 and 0.0 <= view[columns.GAP] < nearest:
             lead, nearest = row, view[columns.GAP]
     room = columns.following_distance(model, parameters, speed) - record["standstill_gap"]
+    allowed = driving.allowed_speed(record, ground, pose, path_d)
     wanted = idm_acceleration(
         speed,
         nearest,
         things[lead, THING_FORWARD] if lead >= 0 else 0.0,
-        driving.allowed_speed(record, ground, pose, path_d),
+        allowed[0],
         max(room, 0.0) / max(speed, 1.0),
         record["standstill_gap"],
         record["max_acceleration"],
         record["comfort_deceleration"],
         driving.IDM_EXPONENT,
         record["comfort_deceleration"],
+    )
+    wanted = driving.slow_down(
+        record, ground, wanted, speed, allowed, record["comfort_deceleration"]
     )
     if lead >= 0:
         is_new = things[lead, THING_IS_NEW] > 0.0

@@ -1,5 +1,7 @@
 """What is in the path of a channel, and how hard it brakes for that."""
 
+from collections import deque
+
 import numpy as np
 import pytest
 
@@ -12,6 +14,7 @@ from adeye.simulate.channels.perception import tracks as kept
 from adeye.testing import channel_context
 from adeye.testing.scenes import straight_road
 from tests.kernel.stop_limits import GROUND
+from tests.kernel.test_strips import SLABS, STRIPS
 from tests.simulate.channels.perceived import perceived
 
 LANE = 5.25
@@ -154,30 +157,72 @@ def test_channels_have_one_type_of_record_and_no_number_where_one_has_no_paramet
 
 def test_ego_left_of_its_path_steers_right() -> None:
     assert (
-        driving.steer(RECORD, pose(d=5.75), 5.25) < 0.0 < driving.steer(RECORD, pose(d=4.75), 5.25)
+        driving.steer(RECORD, GROUND, pose(d=5.75), 5.25)
+        < 0.0
+        < driving.steer(RECORD, GROUND, pose(d=4.75), 5.25)
     )
-    assert driving.steer(RECORD, pose(), 5.25) == 0.0
+    assert driving.steer(RECORD, GROUND, pose(), 5.25) == 0.0
 
 
 def test_free_straight_road_allows_the_lower_of_desire_and_limit() -> None:
-    assert driving.allowed_speed(RECORD, GROUND, pose(), 5.25) == 30.0
-    assert driving.allowed_speed(RECORD, GROUND._replace(speed_limit=22.0), pose(), 5.25) == 22.0
+    assert driving.allowed_speed(RECORD, GROUND, pose(), 5.25) == (30.0, 0.0)
+    assert driving.allowed_speed(RECORD, GROUND._replace(speed_limit=22.0), pose(), 5.25) == (
+        22.0,
+        0.0,
+    )
 
 
 def test_curve_allows_the_lateral_acceleration_that_is_planned_for() -> None:
     ground = straight_road(curvature=0.01).ground(0)
-    allowed = driving.allowed_speed(RECORD, ground, pose(curvature=0.01), 0.0)
+    allowed = driving.allowed_speed(RECORD, ground, pose(curvature=0.01), 0.0)[0]
     assert allowed == pytest.approx(np.sqrt(driving.MAX_LATERAL * 100.0))
 
 
 def test_curve_ahead_slows_down_before_it() -> None:
     line = np.array([[0.0, 0.0, 0.0, 60.0, 0.0], [60.0, 0.0, 0.0, 100.0, 0.02]])
     ground = GROUND._replace(segments=line)
-    assert driving.allowed_speed(RECORD, ground, pose(), 0.0) < 30.0
-    assert driving.allowed_speed(RECORD, ground, pose(speed=5.0), 0.0) == 30.0
+    assert driving.allowed_speed(RECORD, ground, pose(), 0.0)[0] < 30.0
+    assert driving.allowed_speed(RECORD, ground, pose(speed=5.0), 0.0)[0] == 30.0
+
+
+def approach(grade: float) -> list[tuple[float, float]]:
+    """Drive at 20 m/s to where the limit falls to 10 m/s at 100 m; return places and speeds."""
+    ground = GROUND._replace(slabs=SLABS, strips=STRIPS)
+    s, speed, passed = 0.0, 20.0, []
+    # Sensing, command and brake are late by 0.4 s.
+    commands = deque([0.0] * 8)
+    while s < 160.0:
+        at = pose(d=-1.5, speed=speed)
+        at[poses.POSE_S] = s
+        allowed = driving.allowed_speed(RECORD, ground, at, -1.5)
+        commands.append(driving.follow(RECORD, ground, speed, allowed, np.inf, 0.0, 6.0))
+        speed += 0.05 * (commands.popleft() + grade)
+        s += 0.05 * speed
+        passed.append((s, speed))
+    return passed
+
+
+@pytest.mark.parametrize("grade", [0.0, 0.3])
+def test_a_lower_limit_is_kept_from_where_it_begins_also_downhill(grade: float) -> None:
+    passed = approach(grade)
+    begins = next(speed for s, speed in passed if s >= 100.0)
+    assert 8.8 < begins <= 10.0
+    assert max(speed for s, speed in passed if s >= 100.0) <= 10.25
+    # It is braked for as late as the comfortable deceleration lets.
+    assert max(s for s, speed in passed if speed >= 19.5) > 20.0
+
+
+def test_a_bend_that_grows_is_steered_for_where_the_wheels_have_turned() -> None:
+    line = np.array([[0.0, 0.0, 0.0, 3.0, 0.0], [3.0, 0.0, 0.0, 100.0, 0.02]])
+    ground = GROUND._replace(segments=line)
+    assert driving.steer(RECORD, ground, pose(), 5.25) == 0.0
+    assert driving.steer(RECORD, ground._replace(slabs=SLABS, strips=STRIPS), pose(), 5.25) > 0.0
 
 
 def test_standing_ego_is_held_while_it_may_not_go_and_nobody_brakes_harder_than_allowed() -> None:
-    assert driving.follow(RECORD, 0.0, 30.0, 3.0, 0.0, 3.5) == -driving.HOLD_DECELERATION
-    assert driving.follow(RECORD, 0.0, 30.0, 30.0, 0.0, 3.5) > 0.0
-    assert driving.follow(RECORD, 30.0, 30.0, 5.0, 0.0, 3.5) == -3.5
+    assert (
+        driving.follow(RECORD, GROUND, 0.0, (30.0, 0.0), 3.0, 0.0, 3.5)
+        == -driving.HOLD_DECELERATION
+    )
+    assert driving.follow(RECORD, GROUND, 0.0, (30.0, 0.0), 30.0, 0.0, 3.5) > 0.0
+    assert driving.follow(RECORD, GROUND, 30.0, (30.0, 0.0), 5.0, 0.0, 3.5) == -3.5

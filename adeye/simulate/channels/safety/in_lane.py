@@ -471,7 +471,8 @@ def stop_in_lane(batch: Batch, run: int, requests: bool, is_danger: bool) -> int
         max(batch.path[corridor.PATH_REQUIRED], required_before_end(batch, run)),
         is_danger,
     )
-    steering = driving.steer(record, pose, memory[MEMORY_PATH])
+    ground = ground_of(batch.seen.grounds, run)
+    steering = driving.steer(record, ground, pose, memory[MEMORY_PATH])
     return answer(batch, run, float(memory[MEMORY_BRAKING]), steering, requests)
 
 
@@ -492,7 +493,8 @@ def required_before_end(batch: Batch, run: int) -> float:
 def shadow(batch: Batch, run: int, requests: bool) -> int:  # noqa: FBT001 - a kernel
     """Give the command while no stop is driven: car following in the lane."""
     record, pose = batch.seen.records[run], batch.seen.pose[run]
-    steering = driving.steer(record, pose, batch.memory[run, MEMORY_PATH])
+    ground = ground_of(batch.seen.grounds, run)
+    steering = driving.steer(record, ground, pose, batch.memory[run, MEMORY_PATH])
     return answer(batch, run, follow_lane(batch, run), steering, requests)
 
 
@@ -508,6 +510,7 @@ def follow_lane(batch: Batch, run: int) -> float:
     hardest = record["stop_deceleration"]
     wanted = driving.follow(
         record,
+        ground,
         speed,
         driving.allowed_speed(record, ground, pose, center),
         path[corridor.PATH_GAP],

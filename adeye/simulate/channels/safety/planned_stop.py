@@ -522,9 +522,9 @@ def drive_stop(batch: Batch, plans: Plans, run: int, requests: bool, is_danger: 
     else:
         is_in_lane = stop // stops.STOP_LEVELS <= stops.STRAIGHT
         acceleration = _stop(record, pose, memory, stop, batch.path, is_in_lane, is_danger)
-    return in_lane.answer(
-        batch, run, acceleration, steer_along(record, pose, plans.driven[run]), requests
-    )
+    ground = ground_of(batch.seen.grounds, run)
+    steering = steer_along(record, ground, pose, plans.driven[run])
+    return in_lane.answer(batch, run, acceleration, steering, requests)
 
 
 @inlined

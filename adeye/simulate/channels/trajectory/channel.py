@@ -448,7 +448,11 @@ def choose_candidate(fan: Fan, is_shown: bool) -> int:  # noqa: FBT001 - a kerne
         path[profiles.PATH_COST] = path_cost(
             fan.record, path, row, fan.memory, fan.driven
         ) + cost.lane_speed_cost(
-            fan.record, path[profiles.PATH_TARGET], fan.pose[POSE_SPEED], fan.allowed, fan.others
+            fan.record,
+            path[profiles.PATH_TARGET],
+            fan.pose[POSE_SPEED],
+            fan.allowed,
+            fan.others,
         )
         for column in range(PROFILES):
             place = row * PROFILES + column
@@ -532,7 +536,7 @@ _ROOM: Final = 1.3
 
 
 @inlined
-def steer_along(record: Any, pose: Floats, path: Floats) -> float:
+def steer_along(record: Any, ground: Ground, pose: Floats, path: Floats) -> float:
     """Return the steering angle that keeps the ego on a path [rad].
 
     The curvature is fed forward from where the ego will be when the wheels have turned.
@@ -540,6 +544,7 @@ def steer_along(record: Any, pose: Floats, path: Floats) -> float:
     Args:
         record: Has ``wheelbase``, ``max_steering_angle``, ``steering_lag``, ``period`` and
             ``max_lateral_acceleration``.
+        ground: The road.
         pose: (POSE_WIDTH,).
         path: (PATH_ROW,).
     """
@@ -550,7 +555,7 @@ def steer_along(record: Any, pose: Floats, path: Floats) -> float:
     return lane_keeping_steering(
         pose[POSE_D] - d,
         wrap_to_pi(pose[POSE_ALIGN] - atan(slope)),
-        offset_curvature(pose[POSE_CURVATURE], d) + bend,
+        offset_curvature(driving.road_bend(ground, pose), d) + bend,
         pose[POSE_SPEED],
         record["wheelbase"],
         0.5 * record["wheelbase"],
@@ -775,7 +780,7 @@ def trajectory_step(
         record,
         ground,
         pose,
-        allowed,
+        allowed[0],
         others,
         memory,
         driven,
@@ -787,8 +792,12 @@ def trajectory_step(
         plans.costs,
     )
     best = plan_step(fan, is_shown)
-    acceleration = accelerate(record, pose[POSE_SPEED], command[0], memory[MEMORY_WANTED])
-    steering = steer_along(record, pose, driven)
+    speed = pose[POSE_SPEED]
+    memory[MEMORY_WANTED] = driving.slow_down(
+        record, ground, memory[MEMORY_WANTED], speed, allowed, record["emergency_deceleration"]
+    )
+    acceleration = accelerate(record, speed, command[0], memory[MEMORY_WANTED])
+    steering = steer_along(record, ground, pose, driven)
     if not driving.is_number(acceleration, steering):
         command[0] = memory[MEMORY_WANTED] = memory[MEMORY_COMMAND] = 0.0
         memory[MEMORY_LANE] = plan[:] = np.nan

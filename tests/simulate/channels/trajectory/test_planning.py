@@ -101,9 +101,11 @@ def straight_path(target: float = LANE, length: float = 60.0) -> Floats:
 
 
 def test_ego_steers_back_to_its_path() -> None:
-    assert planner.steer_along(record(), pose(), straight_path()) == 0.0
+    assert planner.steer_along(record(), GROUND, pose(), straight_path()) == 0.0
     for side in (-0.3, 0.3):
-        assert planner.steer_along(record(), pose(d=LANE + side), straight_path()) * side < 0.0
+        assert (
+            planner.steer_along(record(), GROUND, pose(d=LANE + side), straight_path()) * side < 0.0
+        )
 
 
 def test_curvature_is_fed_forward_from_where_the_wheels_will_have_turned() -> None:
@@ -111,7 +113,7 @@ def test_curvature_is_fed_forward_from_where_the_wheels_will_have_turned() -> No
     bend = at_path(path, 30.0 * (0.1 + 0.025))[2]
     assert at_path(path, 0.0)[2] == 0.0
     # The slip of the body's centre takes a little of it.
-    assert planner.steer_along(record(), pose(), path) == pytest.approx(
+    assert planner.steer_along(record(), GROUND, pose(), path) == pytest.approx(
         math.atan(2.7 * bend), rel=0.15
     )
 
