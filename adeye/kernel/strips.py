@@ -131,10 +131,11 @@ def lane_of(slabs: Floats, strips: Floats, s: float, d: float) -> int:
 @inlined
 def _lane_row(slabs: Floats, strips: Floats, slab: int, lane: int) -> int:
     """Return the row of a lane of the ego's way that a slab has."""
-    row = int(slabs[slab, SLAB_FIRST])
-    while strips[row, STRIP_LANE] != lane:
-        row += 1
-    return row
+    first = int(slabs[slab, SLAB_FIRST])
+    for row in range(first, first + int(slabs[slab, SLAB_STRIPS])):
+        if strips[row, STRIP_LANE] == lane:
+            return row
+    return first
 
 
 @inlined

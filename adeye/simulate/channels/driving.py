@@ -76,7 +76,7 @@ MOST_CHANGES: Final = 3.0
 BRAKES_LATE: Final = 0.7
 """Share of the comfortable deceleration that the end of a lane requires before the ego brakes for
 it. Our choice."""
-ROOM_TO_TURN: Final = 15.0
+ROOM_TO_TURN: Final = 25.0
 """So far before the end of its lane the ego stands, so that it can still leave it [m]."""
 _CURVE_PREVIEWS: Final = (0.0, 1.0, 2.0, 4.0)
 """Where the curvature ahead is read, in seconds at the present speed."""

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 MEMORY_WIDTH: Final = 4
 
 LATERAL_SPEED: Final = 1.2
-MOST_SLOPE: Final = 0.2
+MOST_SLOPE: Final = 0.3
 """Of a lane change [m/s], and against the way that is driven. Our choice."""
 
 GAP_TIME: Final = 1.0
@@ -118,21 +118,27 @@ def leave_lane(seen: Seen, run: int, memory: Floats, path: Floats, others: Other
         others: Scratch.
 
     Returns:
-        What is left of the lane that the ego is in [m], infinity if it goes on.
+        What is left of the lane that the ego has to stand in [m], infinity for none.
     """
     record, ground, pose = seen.records[run], ground_of(seen.grounds, run), seen.pose[run]
     s, d, speed, center = pose[POSE_S], pose[POSE_D], pose[POSE_SPEED], memory[MEMORY_PATH]
     rate = min(LATERAL_SPEED, MOST_SLOPE * speed)
     aside = max(0.0, abs(memory[MEMORY_ASIDE]) - rate * record["period"])
     memory[MEMORY_ASIDE] = math.copysign(aside, memory[MEMORY_ASIDE])
+    if aside > 0.0:
+        # There was room for all of the change when it began.
+        return math.inf
     way = driving.way_to_change(speed)
     room, changes = lane_left(ground, s, d, driving.MOST_CHANGES * way)
-    if changes == 0 or aside > 0.0 or room >= abs(changes) * way or speed < driving.STANDSTILL:
+    if changes == 0 or room >= abs(changes) * way:
         return room
     target = center_beside(ground, s, center, math.copysign(1.0, changes))
     if lane_of(ground, s, target) < 0 or lane_width(ground, s, target) < LEAST_TO_DRIVE:
         return room
-    is_out = abs(target - center) / rate * speed + 0.5 * record["length"] <= room
+    takes = abs(target - center) * max(speed / LATERAL_SPEED, 1.0 / MOST_SLOPE)
+    # Its steering is behind the line by its preview.
+    behind = max(driving.LEAST_PREVIEW, driving.PREVIEW_TIME * speed)
+    is_out = takes + behind + 0.5 * record["length"] <= room
     is_free = is_out and has_gap(seen, run, target, path, others)
     memory[MEMORY_GAP] = memory[MEMORY_GAP] + record["period"] if is_free else 0.0
     if memory[MEMORY_GAP] > GAP_TIME:

@@ -97,7 +97,7 @@ def test_without_a_gap_the_ego_stands_before_the_end(kind: str) -> None:
     column = in_lane(1, *((s, 25.0) for s in np.arange(-900.0, 100.0, 15.0)))
     done = run(kind, World(road=ending(0), lane=0, speed=25.0, objects=column), 30.0)
     assert done.ego[-1, EGO_SPEED] < 0.05
-    assert END - 30.0 < done.ego[-1, EGO_X] < END - 10.0
+    assert END - 40.0 < done.ego[-1, EGO_X] < END - 20.0
     assert abs(done.ego[:, EGO_Y] - 0.5 * WIDTH).max() < 0.6
 
 
@@ -135,3 +135,13 @@ def test_a_safe_stop_in_a_lane_that_ends_stands_before_its_end(stop: Any, ends: 
     assert done.ego[-1, EGO_SPEED] < 0.05
     assert done.ego[-1, EGO_X] + 0.5 * CAR.length < 110.0
     assert abs(done.ego[:, EGO_Y] - (ends + 0.5) * WIDTH).max() < 0.6
+
+
+@by_both
+def test_who_stands_before_the_end_goes_on_once_the_lane_beside_is_free(kind: str) -> None:
+    column = in_lane(1, *((s, 25.0) for s in np.arange(-300.0, 100.0, 15.0)))
+    world = World(road=ending(0), lane=0, speed=25.0, objects=column)
+    done = run(kind, world, 45.0, "300 m")
+    assert done.ego[:, EGO_SPEED].min() < 0.05
+    assert done.ego[-1, EGO_X] > END
+    assert lateral(done, END - 2.0) == pytest.approx(1.5 * WIDTH, abs=0.9)
