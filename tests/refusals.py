@@ -8,7 +8,12 @@ Kind = TypeVar("Kind", bound=BaseException)
 
 
 def refused(
-    kind: type[Kind], call: Callable[..., object], /, *given: Any, says: str = "", **more: Any
+    kind: type[Kind] | tuple[type[Kind], ...],
+    call: Callable[..., object],
+    /,
+    *given: Any,
+    says: str = "",
+    **more: Any,
 ) -> Kind:
     """Return the error of a call, which says a text or what a pattern matches."""
     try:

@@ -55,13 +55,13 @@ def test_a_cases_rows_end_with_the_horizon_and_its_tail(
 def test_contact_ends_a_run_at_once_without_decision(sixteen: tuple[list[TestCase], Trace]) -> None:
     _, trace = sixteen
     for run in np.flatnonzero(~trace.complete):
-        last = trace.length[run] - 1
+        last = int(trace.length[run]) - 1
         assert trace["contact"][run, last] == 0
         assert (trace["contact"][run, :last] == -1).all()
         assert trace["impact_speed"][run, last] > 0.0
         assert not trace["ego"][run, last + 1 :].any()
     for run in range(trace.runs):
-        last = trace.length[run] - 1
+        last = int(trace.length[run]) - 1
         assert trace["ego"][run, last, EGO_X] > trace["ego"][run, 0, EGO_X]
         for name in ("acceleration", "stamp", "status", "command", "sensor_stamp"):
             assert not trace[name][run, last].any(), name

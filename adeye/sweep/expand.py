@@ -9,6 +9,7 @@ from collections import OrderedDict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final, overload
 
 import numpy as np
@@ -244,7 +245,7 @@ def _refusal(
 
 
 def read_points(
-    files: OddFiles, number: int, refused: Mapping[str, InputError]
+    files: OddFiles, number: int, refused: Mapping[str, InputError] = MappingProxyType({})
 ) -> tuple[tuple[Axis, ...], Points]:
     """Read the sweep of a scenario and find its feasible points.
 

@@ -360,10 +360,8 @@ def end_cost(record: Any, profile: Floats, room: float) -> float:
     """
     if room == math.inf:
         return 0.0
-    way, speed = (
-        profile[SAMPLES - 1, profiles.PROFILE_S],
-        profile[SAMPLES - 1, profiles.PROFILE_SPEED],
-    )
+    way = float(profile[SAMPLES - 1, profiles.PROFILE_S])
+    speed = float(profile[SAMPLES - 1, profiles.PROFILE_SPEED])
     left = room_to_stand(record, room) - way
     if left > 0.0 or way == 0.0:
         return _cost_of(record, required_deceleration(left, speed, 0.0, 0.0))
