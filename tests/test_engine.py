@@ -54,7 +54,7 @@ def test_a_cases_rows_end_with_the_horizon_and_its_tail(
 
 def test_contact_ends_a_run_at_once_without_decision(sixteen: tuple[list[TestCase], Trace]) -> None:
     _, trace = sixteen
-    for run in np.flatnonzero(~trace.complete):
+    for run in np.flatnonzero(~trace.complete).tolist():
         last = int(trace.length[run]) - 1
         assert trace["contact"][run, last] == 0
         assert (trace["contact"][run, :last] == -1).all()
