@@ -42,6 +42,8 @@ _HOME: Final = f"{Path(__file__).parent}{os.sep}"
 _notes: memoryview = memoryview(bytearray(NOTES_BYTES))
 _names: Final[dict[str, int]] = {}
 _slots: Final[dict[int, int]] = {}
+_entering: Final = threading.RLock()
+"""Who comes numbers himself and looks at the folder before anyone else can leave it."""
 _inside: Final[set[int]] = set()
 """Threads in which code from outside works."""
 _folder = ""
@@ -82,13 +84,14 @@ class guest:  # noqa: N801 - read as `with guest(name):`
 
     def __enter__(self) -> None:
         self._pid = os.getpid()
-        self._slot = _SLOTS + _slots.setdefault(threading.get_ident(), len(_slots) % _MOST)
-        self._former = _notes[self._slot]
-        if not self._former:
-            if not _inside:
-                _remember_folder()
-            _inside.add(self._slot)
-        _notes[self._slot] = _names.get(self._name) or _number(self._name)
+        with _entering:
+            self._slot = _SLOTS + _slots.setdefault(threading.get_ident(), len(_slots) % _MOST)
+            self._former = _notes[self._slot]
+            if not self._former:
+                if not _inside:
+                    _remember_folder()
+                _inside.add(self._slot)
+            _notes[self._slot] = _names.get(self._name) or _number(self._name)
 
     def __exit__(
         self, _: type[BaseException] | None, error: BaseException | None, __: TracebackType | None
@@ -97,9 +100,12 @@ class guest:  # noqa: N801 - read as `with guest(name):`
             _leave_fork(self._name)
         _notes[self._slot] = self._former
         if not self._former:
-            _inside.discard(self._slot)
             _round_as_usual()
-            _return_to_folder(self._name)
+            try:
+                _return_to_folder(self._name)
+            finally:
+                # Not before: who comes meanwhile would take the folder that is left for the usual.
+                _inside.discard(self._slot)
         if error is None or not self._kind or isinstance(error, AdeyeError) or is_asked(error):
             return
         raise PluginError(

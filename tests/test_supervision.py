@@ -5,12 +5,14 @@ import os
 import platform
 import signal
 import threading
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from adeye import supervision
 from adeye.errors import Interrupted, PluginError, SpecError, Terminated, UsageError
 from adeye.selftest.bench import BARE, DRIVING, Bench, Edit
 from adeye.supervision import guest, is_asked
@@ -297,3 +299,49 @@ def test_numbers_are_rounded_as_before_any_guest_came() -> None:
         assert library.fesetround(upwards) == 0
         assert library.fegetround() == upwards
     assert library.fegetround() == 0
+
+
+def test_who_comes_while_another_leaves_does_not_take_its_folder_for_the_usual(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    home, back = Path.cwd(), supervision._return_to_folder
+
+    def visit() -> None:
+        with guest("other"):
+            pass
+
+    def visited(name: str) -> None:
+        monkeypatch.setattr(supervision, "_return_to_folder", back)
+        other = threading.Thread(target=visit)
+        other.start()
+        other.join()
+        back(name)
+
+    monkeypatch.chdir(home)
+    monkeypatch.setattr(supervision, "_return_to_folder", visited)
+    with guest("one"):
+        os.chdir(tmp_path)
+    assert Path.cwd() == home
+
+
+def test_threads_that_come_at_once_are_told_apart(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Slow(dict[int, int]):
+        def __len__(self) -> int:
+            count = super().__len__()
+            time.sleep(0.02)
+            return count
+
+    slots, begin = Slow(), threading.Barrier(3)
+    monkeypatch.setattr(supervision, "_slots", slots)
+
+    def visit() -> None:
+        begin.wait()
+        with guest("one"):
+            begin.wait()
+
+    threads = [threading.Thread(target=visit) for _ in range(3)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(set(slots.values())) == 3

@@ -223,7 +223,7 @@ def executed_coverage(db: str | Path | None, campaign: str | None, strength: int
     """
     with Repository.open(db, create=False) as repository:
         info = repository.find_campaign(campaign)
-        repository.require_sound(info.id)
+        repository.require_sound(info.id, has_figures=False)
         odd = repository.content("odd", info.odd_digest)["odd"]
         runs = executed_runs(repository.location, info.id)
     found = coverage_of_runs(runs, odd, strength)

@@ -8,6 +8,7 @@ if everything is still as planned after its block.
 from __future__ import annotations
 
 import re
+import threading
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import wraps
@@ -293,6 +294,7 @@ def _digest(source: str, folder: Path) -> str:
 
 _REGISTERED: Final[dict[str, tuple[str, str]]] = {}
 """Name of the plug-in and digest of its source behind each column that is not built in."""
+_REGISTERING: Final = threading.Lock()
 
 
 def use_plugin_metrics(names: Sequence[str], folder: Path) -> tuple[Part, ...]:
@@ -312,6 +314,13 @@ def use_plugin_metrics(names: Sequence[str], folder: Path) -> tuple[Part, ...]:
         UsageError: It lacks an attribute, has one that is not allowed, or its column is taken.
     """
     parts = tuple(plugins.load_part(name, folder) for name in names)
+    # Threads of blocks come here as well.
+    with _REGISTERING:
+        _register(parts)
+    return parts
+
+
+def _register(parts: Sequence[Part]) -> None:
     wanted = {(part.name, part.source_digest) for part in parts}
     for column in [key for key, owner in _REGISTERED.items() if owner not in wanted]:
         del METRICS[column]
@@ -336,7 +345,6 @@ def use_plugin_metrics(names: Sequence[str], folder: Path) -> tuple[Part, ...]:
             measure = _visiting(part.name, found.measure)
             METRICS[column] = replace(found, uid=uid, measure=measure, plugin=part.name)
             _REGISTERED[column] = owner
-    return parts
 
 
 def _visiting(name: str, measure: Measure) -> Measure:

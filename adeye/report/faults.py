@@ -160,6 +160,7 @@ def trades_by(
     """
     with Repository.open(db, create=False) as repository:
         info = repository.find_campaign(campaign)
+        repository.require_sound(info.id)
         figures = repository.figures(info.id)
         odd = repository.content("odd", info.odd_digest)
     return info.id, trade_curves(figures, odd, _axis(axis, list(figures.points)))

@@ -383,15 +383,19 @@ def _is_whole(connection: Connection, campaign_id: str) -> bool:
     return connection.execute(open_blocks.limit(1)).first() is None
 
 
-def wrong_plans(connection: Connection) -> Iterator[Finding]:
+def wrong_plans(connection: Connection, campaign: str | None = None) -> Iterator[Finding]:
     """Name what is in the accounts of plans and should not be, or is not and should.
 
     A run of a case that was never planned is in no block, so it is named here, too.
+
+    Args:
+        connection: In a transaction.
+        campaign: Id of the only one to look at; None for all.
     """
     found = connection.execute(
         select(tables.campaign.c.id).order_by(tables.campaign.c.number)
     ).scalars()
-    for campaign_id in found.all():
+    for campaign_id in found.all() if campaign is None else (campaign,):
         groups = planned_groups(connection, campaign_id)
         yield from _differences(
             connection, tables.case_count, campaign_id, groups.counts(campaign_id)

@@ -226,8 +226,8 @@ def stored_rows(
         values,
         execution_options={"yield_per": CHUNK},
     )
-    for item in found:
-        yield tuple(item)
+    for part in found.partitions(CHUNK):
+        yield from map(tuple, part)
 
 
 def chunked(rows: Iterable[Row], size: int = CHUNK) -> Iterator[list[Row]]:
@@ -302,9 +302,9 @@ class Texts:
     @classmethod
     def of(cls, values: Sequence[str | None], *, is_clean: bool = False) -> Texts:
         """Number the different ones of some texts, see ``Dictionary``."""
-        words: dict[str | None, int] = {}
-        codes = [words.setdefault(value, len(words)) for value in values]
-        return cls(np.array(codes, dtype=np.int64), Dictionary(tuple(words), is_clean=is_clean))
+        words = {word: place for place, word in enumerate(dict.fromkeys(values))}
+        codes = np.fromiter(map(words.__getitem__, values), np.int64, len(values))
+        return cls(codes, Dictionary(tuple(words), is_clean=is_clean))
 
     @classmethod
     def same(cls, value: str | None, rows: int) -> Texts:
@@ -458,16 +458,19 @@ def stored_words(table: Table, names: Sequence[str], rows: Sequence[Row]) -> NDA
 
 def _stored(kind: str, values: Sequence[Any]) -> Column:
     allowed = {"f": float, "i": int, "t": str}[kind]
-    for value in values:
-        if value is not None and type(value) is not allowed:
-            raise TypeError(f"{value!r} is not what was written")
+    # Of each value to itself this would be half of what a look at a database takes.
+    if wrong := set(map(type, values)) - {allowed, type(None)}:
+        value = next(value for value in values if type(value) in wrong)
+        raise TypeError(f"{value!r} is not what was written")
     if kind == "t":
         return Texts.of(values, is_clean=True)
     if kind == "i":
         return np.array(values, dtype=np.int64)
-    if any(value is not None and not math.isfinite(value) for value in values):
+    # None becomes NaN.
+    numbers = np.array(values, dtype=np.float64)
+    if np.isfinite(numbers).sum() + values.count(None) != len(values):
         raise ValueError("a number is not finite")
-    return np.array([math.nan if value is None else value for value in values])
+    return numbers
 
 
 # --- Numbers of runs: what metrics, verdicts and events refer to, in the order in which runs came

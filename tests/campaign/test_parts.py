@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import shutil
 import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -257,6 +259,24 @@ def test_another_odd_does_not_see_it(measured: Project) -> None:
     delivered.use_plugin_metrics((), Path())
     assert delivered.plugin_of("top_speed_mps") is None
     assert set(METRICS) == set(METRIC_IDS)
+
+
+def test_blocks_that_begin_at_once_register_it_once(
+    measured: Project, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    register = delivered.register_metric
+
+    def slowly(metric: Any) -> None:
+        time.sleep(0.05)
+        register(metric)
+
+    monkeypatch.setattr(delivered, "register_metric", slowly)
+    delivered.use_plugin_metrics((), Path())
+    names, folder = ("./top.py:TopSpeed",), measured.folder / "odd"
+    with ThreadPoolExecutor() as threads:
+        begun = [threads.submit(delivered.use_plugin_metrics, names, folder) for _ in range(2)]
+        assert len({part.name for item in begun for part in item.result()}) == 1
+    assert delivered.plugin_of("top_speed_mps") == names[0]
 
 
 def test_class_that_is_no_metric_is_refused_at_its_line(measured: Project) -> None:

@@ -316,6 +316,7 @@ def look_back(
     """
     with Repository.open(db, create=False) as repository:
         info = repository.find_campaign(campaign)
+        repository.require_sound(info.id)
         executed = repository.progress(info.id).executed
         chosen = repository.hindsight.executed(info.id, most)
         known = {line.run: line for line in repository.hindsight.takeovers(info.id)}

@@ -287,6 +287,7 @@ def uncertainty_table(db: str | Path | None, what: str | None = None) -> Uncerta
     """
     with Repository.open(db, create=False) as repository:
         info = find_called(repository, what)
+        repository.require_sound(info.id)
         odd = repository.content("odd", info.odd_digest)["odd"]
         lines = repository.hindsight.half_steps.uncertainty(info.id)
     if odd.get("uncertainty") is None:

@@ -140,6 +140,7 @@ def prevent(  # noqa: PLR0913 - what is asked, and how
     }
     with Repository.open(db, create=False) as repository:
         campaign, only = _named(repository, name)
+        repository.require_sound(campaign)
         benchmarks = repository.hindsight.benchmarks
         candidates = [
             item

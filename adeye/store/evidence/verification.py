@@ -141,13 +141,48 @@ def verify(connection: Connection) -> Iterator[Finding]:
             yield from _as_far_as_readable(name, check(connection))
 
 
-def _altered(connection: Connection) -> Iterator[Finding]:
-    """Name every row that does not have its hash; seals are looked at with the ledger."""
+def _altered(
+    connection: Connection, campaign: str | None = None, *, has_figures: bool = True
+) -> Iterator[Finding]:
+    """Name rows that do not have their hash; seals are looked at with the ledger.
+
+    Args:
+        connection: In a transaction.
+        campaign: Leave out what belongs to others alone.
+        has_figures: Whether what was measured is looked at, too.
+    """
     for table in tables.INSERT_ONLY:
         if table not in {*tables.RESULTS, tables.seal}:
-            yield from altered_rows(table, stored_rows(connection, table))
+            is_own = campaign is not None and "campaign_id" in table.columns
+            own = ("campaign_id = ?", (campaign,)) if is_own else ()
+            yield from altered_rows(table, stored_rows(connection, table, *own))
+    runs = _EVERY_RUN if campaign is None else _own_runs(connection, campaign)
     for table in (*tables.RESULTS, *plugin_tables(connection)):
-        yield from _as_far_as_readable(table.name, _altered_results(connection, table))
+        if has_figures or (table in tables.RESULTS and table not in _FIGURES):
+            found = chain.from_iterable(_altered_results(connection, table, part) for part in runs)
+            yield from _as_far_as_readable(table.name, found)
+
+
+_FIGURES: Final = (tables.metric, tables.timing, tables.criticality, tables.extreme)
+"""What was measured on runs: most of what a database holds."""
+_EVERY_RUN: Final = ((-(1 << 63), (1 << 63) - 1),)
+_APART: Final = 1_000
+"""Numbers of others that are rather looked at than asked around."""
+
+
+def _own_runs(connection: Connection, campaign: str) -> list[tuple[int, int]]:
+    """Give the ranges of the numbers of runs that do not belong to other campaigns alone.
+
+    Forks, twins and drives belong to none.
+    """
+    found = connection.exec_driver_sql(statement("own_runs"), (campaign, campaign)).scalars()
+    ranges: list[tuple[int, int]] = []
+    for number in found:
+        if ranges and number - ranges[-1][1] <= _APART:
+            ranges[-1] = ranges[-1][0], number
+        else:
+            ranges.append((number, number))
+    return ranges
 
 
 def _as_far_as_readable(table: str, findings: Iterator[Finding]) -> Iterator[Finding]:
@@ -190,11 +225,13 @@ def altered_rows(table: Table, rows: Iterable[tuple[Any, ...]]) -> Iterator[Find
             yield Finding(table.name, key_text(table, values), "altered")
 
 
-def _altered_results(connection: Connection, table: Table) -> Iterator[Finding]:
-    """Name altered rows of a table that is written a block at a time."""
+def _altered_results(
+    connection: Connection, table: Table, runs: tuple[int, int]
+) -> Iterator[Finding]:
+    """Name altered rows of some runs in a table that is written a block at a time."""
     key = [column.name for column in table.primary_key.columns][1:]
     names = hashed_names(table)
-    for rows in chunked(_result_stream(connection, table)):
+    for rows in _result_stream(connection, table, runs):
         if bulk_hashes(table, rows) == [values[-1] for values in rows]:
             continue
         for number, *values in rows:
@@ -206,8 +243,10 @@ def _altered_results(connection: Connection, table: Table) -> Iterator[Finding]:
                 yield Finding(table.name, row, "altered")
 
 
-def _result_stream(connection: Connection, table: Table) -> Iterator[tuple[Any, ...]]:
-    """Read the number of the run, what is hashed and the hash, in the order of the numbers."""
+def _result_stream(
+    connection: Connection, table: Table, runs: tuple[int, int]
+) -> Iterator[Sequence[Sequence[Any]]]:
+    """Read numbers of runs, what is hashed and the hash, by the numbers, many together."""
     names = ", ".join(("result_digest", *(f"t.{name}" for name in hashed_names(table)[1:])))
     source = f"{table.name} t"
     number, *key = (f"t.{column.name}" for column in table.primary_key.columns)
@@ -215,11 +254,11 @@ def _result_stream(connection: Connection, table: Table) -> Iterator[tuple[Any, 
         source += f" LEFT JOIN run ON run.number = {number}"
     found = connection.exec_driver_sql(
         f"SELECT {number}, {names}, t.row_hash "  # noqa: S608 - names of this package
-        f"FROM {source} ORDER BY {', '.join((number, *key))}",
+        f"FROM {source} WHERE {number} BETWEEN ? AND ? ORDER BY {', '.join((number, *key))}",
+        runs,
         execution_options={"yield_per": _CHUNK},
     )
-    for item in found:
-        yield tuple(item)
+    yield from found.partitions(_CHUNK)
 
 
 def _hash(table: Table, values: Sequence[Any]) -> str | None:
@@ -337,11 +376,15 @@ def _plans(connection: Connection) -> Iterator[Finding]:
             yield Finding("campaign_fsr", campaign.id, "FSRs are not those that were planned")
 
 
-def _work(connection: Connection) -> Iterator[Finding]:
-    blocks = connection.execute(
-        tables.work.select().order_by(tables.work.c.campaign_id, tables.work.c.from_ordinal)
-    ).all()
-    campaigns = connection.execute(select(tables.campaign.c.id)).scalars().all()
+def _work(connection: Connection, campaign: str | None = None) -> Iterator[Finding]:
+    work, ids = tables.work, tables.campaign.c.id
+    asked = work.select().order_by(work.c.campaign_id, work.c.from_ordinal)
+    everyone = select(ids)
+    if campaign is not None:
+        asked = asked.where(work.c.campaign_id == campaign)
+        everyone = everyone.where(ids == campaign)
+    blocks = connection.execute(asked).all()
+    campaigns = connection.execute(everyone).scalars().all()
     covered = dict.fromkeys(campaigns, 0)
     for block in blocks:
         if covered.get(block.campaign_id) != block.from_ordinal:
@@ -349,8 +392,8 @@ def _work(connection: Connection) -> Iterator[Finding]:
         covered[block.campaign_id] = block.to_ordinal
         yield from _tallies(connection, block.id, is_done=block.state == "done")
         yield from wrong_block(connection, block)
-    for campaign in campaigns:
-        yield from _lost(connection, campaign)
+    for own in campaigns:
+        yield from _lost(connection, own)
 
 
 def _tallies(connection: Connection, work_id: int, *, is_done: bool) -> Iterator[Finding]:
@@ -408,19 +451,28 @@ def unsound(connection: Connection, campaign: str) -> Iterator[Finding]:
 _NAMED: Final = 3
 
 
-def require_sound(connection: Connection, campaign: str) -> None:
+def require_sound(connection: Connection, campaign: str, *, has_figures: bool = True) -> None:
     """Refuse to hand on, or to decide by, what is not as it was written, or is there no more.
+
+    Rows of evidence that are gone are missed wherever they were. What was altered, and accounts
+    of cases, are those of this campaign and of runs in no campaign.
 
     Args:
         connection: In a transaction.
         campaign: Id of the campaign.
+        has_figures: Whether anything is told that was measured, and not only what was judged.
 
     Raises:
         IntegrityError: A row is altered, gone, or was never written by adeye.
     """
-    checks = {"ledger": unbalanced, "campaign_case": wrong_plans, "work": _work}
-    told = [_as_far_as_readable(name, check(connection)) for name, check in checks.items()]
-    refuse("the database", chain(unsound(connection, campaign), _altered(connection), *told))
+    checks = {
+        "ledger": unbalanced(connection),
+        "campaign_case": wrong_plans(connection, campaign),
+        "work": _work(connection, campaign),
+    }
+    told = [_as_far_as_readable(name, check) for name, check in checks.items()]
+    altered = _altered(connection, campaign, has_figures=has_figures)
+    refuse("the database", chain(unsound(connection, campaign), altered, *told))
 
 
 def refuse(what: str, findings: Iterable[Finding]) -> None:

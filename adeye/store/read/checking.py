@@ -153,7 +153,7 @@ def check_campaign(
         if campaign is None:
             return None
         if must_be_sound:
-            require_sound(connection, campaign.id)
+            require_sound(connection, campaign.id, has_figures=False)
         found = _ask(connection, rules, campaign.id)
         if IDLE_FAULT in rules:
             odd = _odd_content(connection, campaign.id).get("odd")

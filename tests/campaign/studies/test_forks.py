@@ -186,6 +186,16 @@ def test_what_was_found_is_kept(
         assert repository.verify() == ()
 
 
+def test_matrix_of_altered_takeovers_is_refused(
+    mini_db: Path, matrix: TakeoverMatrix, tmp_path: Path
+) -> None:
+    assert matrix.looked_at
+    shutil.copyfile(mini_db, tmp_path / "altered.db")
+    alter(tmp_path / "altered.db", "UPDATE takeover SET class = 'not_needed'")
+    with pytest.raises(IntegrityError, match=r"takeover .*: altered"):
+        look_back(tmp_path / "altered.db")
+
+
 def test_every_run_has_one_class(matrix: TakeoverMatrix) -> None:
     assert matrix.looked_at == matrix.executed == sum(matrix.counts.values()) == 28
     assert tuple(matrix.counts) == TAKEOVER_CLASSES

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -18,7 +19,7 @@ from adeye.campaign.studies import half_step as halving
 from adeye.campaign.studies.forks import fork_run
 from adeye.campaign.studies.half_step import twin_of, uncertainty_table
 from adeye.campaign.work import BatchResult, BatchTask, execute
-from adeye.errors import InputError, SpecError
+from adeye.errors import InputError, IntegrityError, SpecError
 from adeye.judge.uncertainty import Difference, differences, sampled_metric
 from adeye.judge.verdict import ExitCode, Verdict
 from adeye.report.gate import baseline
@@ -37,7 +38,7 @@ from tests.project import (
     run_cases,
 )
 from tests.refusals import refused
-from tests.sql import rows
+from tests.sql import alter, rows
 from tests.stored import known
 
 # --- twins with half the step: which are chosen, what they tell, and how runs are judged with that
@@ -537,6 +538,13 @@ def test_gate_takes_no_loss_for_a_regression_that_the_step_is_worth(
 
 
 # --- reading what halving the step changed: only of a campaign that asked for it
+
+
+def test_altered_uncertainty_is_refused(asked: Executed, tmp_path: Path) -> None:
+    shutil.copyfile(asked.db, tmp_path / "altered.db")
+    alter(tmp_path / "altered.db", "UPDATE uncertainty SET pairs = pairs + 1")
+    with pytest.raises(IntegrityError, match=r"uncertainty .*: altered"):
+        uncertainty_table(tmp_path / "altered.db")
 
 
 @pytest.mark.parametrize("what", [None, "mini", "1"])

@@ -12,12 +12,13 @@ import pytest
 from adeye.campaign.replay import describe_run, replay_run
 from adeye.campaign.studies import preventability
 from adeye.campaign.studies.preventability import Preventability, prevent, reference_architecture
-from adeye.errors import InputError, UsageError
+from adeye.errors import InputError, IntegrityError, UsageError
 from adeye.judge.preventability import CELLS
 from adeye.judge.verdict import ExitCode, Verdict
 from adeye.store.repository import Repository
 from tests.preventing import project_of_cut_ins
 from tests.project import Project
+from tests.sql import alter
 from tests.store.rows import result_table_hash
 from tests.stored import known
 
@@ -88,6 +89,20 @@ def test_drives_are_kept(
 ) -> None:
     monkeypatch.setattr(preventability, "_execute", Mock(side_effect=AssertionError))
     assert prevent(driven, models=("cc", "rss"), everything=True) == found
+
+
+def test_comparison_with_an_altered_drive_is_refused(
+    found: Preventability, driven: Path, tmp_path: Path
+) -> None:
+    assert found.comparisons
+    shutil.copyfile(driven, tmp_path / "altered.db")
+    number = "SELECT number FROM run JOIN benchmark b ON b.drive_digest = run.result_digest LIMIT 1"
+    alter(
+        tmp_path / "altered.db",
+        f"UPDATE metric SET impact_speed_mps_time_s = 77 WHERE run_number = ({number})",  # noqa: S608
+    )
+    with pytest.raises(IntegrityError, match=r"metric .*: altered"):
+        prevent(tmp_path / "altered.db", models=("cc", "rss"), everything=True)
 
 
 def test_no_campaign_sees_a_drive(project: Project, found: Preventability, driven: Path) -> None:

@@ -24,6 +24,7 @@ from adeye.store.repository import Repository
 from tests.store.conftest import Store
 from tests.store.raw import guarded, on_sqlite, unguarded
 
+OF = "WHERE campaign_id = '{}'"
 PARTS = 6
 """What is done with every table is done in so many tests."""
 
@@ -300,10 +301,12 @@ def test_what_changes_a_verdict(store: Store, mixed: str, statement: str, table:
     [
         *(
             f"DELETE FROM {name} WHERE row_hash = (SELECT min(row_hash) FROM {name})"  # noqa: S608
-            for name in (
-                *(item.name for item in (*tables.RESULTS, *tables.RECOUNTED)),
-                *("fork", "injection"),
-            )
+            for name in (*(item.name for item in tables.RESULTS), *("fork", "injection"))
+        ),
+        *(
+            f"DELETE FROM {item.name} {OF}"  # noqa: S608
+            for item in tables.RECOUNTED
+            if item is not tables.never_held
         ),
         "UPDATE injection SET safe_s = 99",
         "UPDATE case_run SET run_number = CASE run_number WHEN 1 THEN 2 ELSE 1 END",
@@ -313,9 +316,31 @@ def test_nothing_is_handed_on_beside_a_row_that_is_gone_or_altered(
     full: Store, campaign: str, statement: str
 ) -> None:
     full.repository.require_sound(campaign)
-    tamper(full.raw, statement)
+    tamper(full.raw, statement.format(campaign))
     with pytest.raises(IntegrityError, match="the database is not as it was written"):
         full.repository.require_sound(campaign)
+
+
+def test_what_is_altered_is_refused_of_the_campaign_and_of_runs_in_none(
+    store: Store, mixed: str
+) -> None:
+    store.example.with_odd("2")
+    store.example.engine = replace(store.example.engine, variant="float64")
+    other, stored = str(store.campaign(4)), store.repository
+    run = f"SELECT number FROM run JOIN campaign_case USING (result_digest) {OF}".format(other)  # noqa: S608
+    tamper(store.raw, f"UPDATE metric SET min_ttc_s_time_s = 77 WHERE run_number IN ({run})")  # noqa: S608
+    stored.require_sound(mixed)
+    stored.require_sound(other, has_figures=False)
+    with pytest.raises(IntegrityError, match=r"metric .*: altered"):
+        stored.require_sound(other)
+    tamper(store.raw, f"UPDATE verdict SET margin = 77 WHERE run_number IN ({run})")  # noqa: S608
+    stored.require_sound(mixed)
+    with pytest.raises(IntegrityError, match=r"verdict .*: altered"):
+        stored.require_sound(other, has_figures=False)
+    # Who belongs to no campaign may be a fork of this one.
+    tamper(store.raw, f"DELETE FROM campaign_case {OF.format(other)}")  # noqa: S608
+    with pytest.raises(IntegrityError, match=r": altered"):
+        stored.require_sound(mixed)
 
 
 @pytest.mark.parametrize("table", ["run", "verdict"])
