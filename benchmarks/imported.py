@@ -25,6 +25,7 @@ from closed_loop import LANES, Size, reactive_case, scenario, test_cases
 from rails import cost_of, on_road
 from support.command import drive, ratios, spread
 
+from adeye.kernel.strips import STRIP_LANE
 from adeye.maps.places import Asked
 from adeye.simulate import engine
 from adeye.spec.places import PlaceRoad, read_places
@@ -41,9 +42,15 @@ RUNS, RAIL_RUNS = 100, 512
 
 
 def roads() -> list[Road]:
-    """Return the roads of all places of the map that are long enough."""
-    found = read_places(MAP, Asked("carriageway", BEFORE_M, AFTER_M, lanes=LANES)).places
-    return [Road.model_validate(PlaceRoad(place).content) for place in found]
+    """Return the roads of all places of the map that have enough lanes all along."""
+    found = read_places(MAP, Asked("carriageway", BEFORE_M, AFTER_M)).places
+    laid = [Road.model_validate(PlaceRoad(place).content) for place in found]
+    return [road for road in laid if all(own_lanes(strips) >= LANES for _, strips in road.slabs)]
+
+
+def own_lanes(strips: Sequence[Sequence[float]]) -> int:
+    """Count the lanes of the ego's way."""
+    return sum(strip[STRIP_LANE] >= 0.0 for strip in strips)
 
 
 def loop_cost(cases: Sequence[TestCase]) -> float:
