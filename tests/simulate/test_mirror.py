@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 
 from adeye.simulate.mirror import LATERAL, TURNED, as_driven
 from adeye.spec import sensors
@@ -77,6 +78,7 @@ def test_a_run_in_left_hand_traffic_is_that_of_the_turned_vehicle_in_the_image(
     assert not np.array_equal(found[1]["ego"], found[0]["ego"])
 
 
+@pytest.mark.slow
 def test_verdicts_are_those_of_the_image(tmp_path: Path) -> None:
     rows = []
     for is_left in (False, True):
