@@ -262,7 +262,7 @@ def room_to_stand(record: Any, room: float) -> float:
         record: Has ``length`` and ``standstill_gap``.
         room: What is left of the lane [m].
     """
-    return room - 0.5 * record["length"] - max(record["standstill_gap"], ROOM_TO_TURN)
+    return float(room - 0.5 * record["length"] - max(record["standstill_gap"], ROOM_TO_TURN))
 
 
 @inlined
