@@ -41,6 +41,16 @@ def test_run_to_the_goal_says_so(hand_made: Any) -> None:
     assert outcome.obligation_rows(made.trace()).tolist() == [8]
 
 
+def test_ego_is_at_its_goal_from_there_on_and_a_run_that_ends_before_is_nowhere(
+    hand_made: Any,
+) -> None:
+    made = hand_made(runs=3).touch(6, "lead", run=2)
+    made.horizon_row[0], made.length[0], made.horizon_row[2] = 8, 14, 6
+    marks = outcome.at_goal(made.trace())
+    assert marks[0].tolist() == [row >= 8 for row in range(marks.shape[1])]
+    assert not marks[1:].any()
+
+
 def test_event_within_the_horizon_realises_the_scenario(hand_made: Any) -> None:
     trace = begun(hand_made(events=("cut_in",)), 1.5, row=15).trace()
     assert outcome.missing_events(trace) == ((),)

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from adeye.spec.document import load_document
 from adeye.spec.load import load_scenario
 from adeye.spec.quantity import SI
-from adeye.spec.scenario import LaneChange, LogicalScenario, Parameter, SpeedChange
+from adeye.spec.scenario import LaneChange, LogicalScenario, Parameter, PlaceQuery, SpeedChange
 from adeye.sweep.axes import set_path
 from tests.refusals import refused
 from tests.stored import stored
@@ -109,3 +109,9 @@ def test_a_stored_road_with_bays_is_read_as_it_was_written() -> None:
     changed = LogicalScenario.model_validate(content("world", "road", "bays", value={"bay": BAY}))
     road = changed.world.road
     assert type(road).model_validate(road.model_dump(mode="json")) == road
+
+
+def test_a_route_over_a_ramp_begins_at_the_place_of_its_kind() -> None:
+    assert PlaceQuery(anchor="exit", after="100 m", route="exit").route == "exit"  # type: ignore[arg-type]
+    with pytest.raises(ValidationError, match="takes anchor: exit"):
+        PlaceQuery(anchor="entry", after="100 m", route="exit")  # type: ignore[arg-type]

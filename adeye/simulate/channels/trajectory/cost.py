@@ -366,7 +366,7 @@ def end_cost(record: Any, profile: Floats, room: float) -> float:
     if left > 0.0 or way == 0.0:
         return _cost_of(record, required_deceleration(left, speed, 0.0, 0.0))
     # Where it is too late for any braking, the least way beyond is best.
-    return _cost_of(record, _MOST_REQUIRED) - _OVER * left
+    return float(_cost_of(record, _MOST_REQUIRED) - _OVER * left)
 
 
 @inlined
