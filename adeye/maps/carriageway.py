@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from adeye.kernel import strips as across
 from adeye.maps import arcs, lanes, network
-from adeye.maps.lanes import LaidRoad, Strip
+from adeye.maps.lanes import LaidRoad, Step, Strip
 from adeye.maps.mirror import mirrored
 from adeye.maps.opendrive import OpenDrive
 
@@ -84,6 +84,7 @@ class Piece:
         places: Of samples on the road [m], in the order of travel.
         along: Of the same on the line [m].
         ends: Points of the line where it begins and ends, (2, 3): x, y, heading.
+        steps: Of the line within it.
         folds: Where on the line [m] what carries a vehicle reaches beyond the centre of the bend.
     """
 
@@ -95,6 +96,7 @@ class Piece:
     places: Floats
     along: Floats
     ends: Floats
+    steps: tuple[Step, ...]
     folds: Floats
 
     @property
@@ -221,6 +223,7 @@ class Lanes:
             places,
             along,
             points,
+            tuple(lanes.steps_in(laid, edge, min(start, end), max(start, end))),
             along[(bend * np.array(sides) >= 1.0).any(axis=0)],
         )
 
@@ -324,8 +327,10 @@ def _is_straight(edges: Floats, along: Floats) -> bool:
 
 
 def steps_of(pieces: Sequence[Piece]) -> tuple[float, float]:
-    """Return the widest gap [m] and the sharpest kink [rad] between pieces in their order."""
-    gap = kink = 0.0
+    """Return the widest gap [m] and the sharpest kink [rad] in pieces and between them."""
+    within = [step for piece in pieces for step in piece.steps]
+    gap = max((step.gap for step in within), default=0.0)
+    kink = max((step.kink for step in within), default=0.0)
     for before, behind in pairwise(pieces):
         x, y, turn = behind.ends[0] - before.ends[1]
         gap = max(gap, math.hypot(x, y))

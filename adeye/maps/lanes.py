@@ -6,6 +6,7 @@ line, as ``adeye.maps.alignment`` has it, and everything else is asked of these.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final, NamedTuple
@@ -81,6 +82,24 @@ class Strip:
         center = self.inner.copy()
         center[:, 1:] = 0.5 * (self.inner[:, 1:] + self.outer[:, 1:])
         return center
+
+
+class Step(NamedTuple):
+    """How far a line is from going on.
+
+    Attributes:
+        s: Where on the road [m].
+        x: Where it ends [m].
+        y: [m].
+        gap: [m].
+        kink: [rad].
+    """
+
+    s: float
+    x: float
+    y: float
+    gap: float
+    kink: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,6 +199,28 @@ def along(road: LaidRoad, line: Floats, places: Floats) -> Line:
     found = np.empty((len(places), alignment.PLACE_WIDTH))
     alignment.fill_line(road.pieces, line, places, road.scratch, found)
     return Line(*found.T)
+
+
+def steps_in(road: LaidRoad, line: Floats, start: float, end: float) -> list[Step]:
+    """Return the steps of a line within a part of a road, where pieces or cubics meet.
+
+    Args:
+        road: Which road.
+        line: (M, 5), such as ``Strip.center``, or ``REFERENCE``.
+        start: Of the part [m]; steps there are none of it.
+        end: [m].
+    """
+    joints = {*road.pieces[:, alignment.START].tolist(), *line[:, 0].tolist()}
+    found = []
+    for s in sorted(joint for joint in joints if start < joint < end):
+        behind, before = (
+            alignment.place_beside(road.pieces, line, s, side, road.scratch)
+            for side in (alignment.BEHIND, alignment.BEFORE)
+        )
+        gap = math.hypot(behind[0] - before[0], behind[1] - before[1])
+        kink = abs(math.remainder(behind[2] - before[2], 2.0 * math.pi))
+        found.append(Step(s, before[0], before[1], gap, kink))
+    return found
 
 
 def value_at(cubics: Floats, places: Floats) -> tuple[Floats, Floats]:

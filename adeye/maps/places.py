@@ -32,6 +32,8 @@ GAP: Final = 0.05
 """Between the ends of two roads that are one way [m]."""
 KINK: Final = 0.01
 """Between their headings [rad]."""
+STEEPEST: Final = 0.5
+"""Grade of no street: the steepest rise by 0.35 [1]."""
 APART: Final = 40.0
 """Where the way comes nearer than this to itself after more than twice as much of it, places beside
 it would be ambiguous [m]."""
@@ -392,6 +394,8 @@ def _laid(key: str, kind: str, asked: Asked, pieces: Sequence[Piece], here: floa
     if ((folds >= window[0]) & (folds <= window[1])).any():
         return "where lanes reach beyond the centre of a bend"
     road = _put_together(pieces, window, "")
+    if any(abs(grade) > STEEPEST for _, grade in road.grades):
+        return "where heights jump, or steeper than any street"
     bend = max(abs(curvature) for _, curvature in road.line)
     radius = 1.0 / bend if bend > 1e-9 else math.inf
     if _is_near_itself(road.line):

@@ -10,6 +10,8 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from adeye.maps import lanes
+from adeye.maps.alignment import BEFORE, BEHIND, cubic_at
 from adeye.maps.network import (
     BUS,
     DRIVE,
@@ -79,6 +81,7 @@ def check_topology(drive: OpenDrive) -> list[Finding]:
         *_joint_findings(scene, said),
         *_ends(scene),
         *_shapes(scene),
+        *_within(scene),
         *_overlaps(scene, said),
         *_junctions(drive),
     ]
@@ -251,6 +254,39 @@ def _shapes(scene: _Scene) -> Iterator[Finding]:
             yield scene.finding(
                 "no_width", "error", part.start + least, float(width[least]), message
             )
+
+
+def _within(scene: _Scene) -> Iterator[Finding]:
+    """Yield where a road's line, its height or one of its lanes does not go on."""
+    for road in scene.rows.map.roads.values():
+        laid = lanes.laid(road)
+        lines = {piece.s: piece.line for piece in road.geometries}
+        for step in lanes.steps_in(laid, lanes.REFERENCE, 0.0, road.length):
+            yield from _step(step, lines[step.s], f"road {road.id}", "the line goes on")
+        for strip in (strip for strips in laid.strips for strip in strips):
+            row = scene.rows.find(road.id, strip.section, strip.lane.id)
+            if row is not None and scene.is_driven[row]:
+                for step in lanes.steps_in(laid, strip.center, strip.start, strip.end):
+                    place = scene.network.name(row)
+                    if step.s not in lines:
+                        yield from _step(step, strip.lane.line, place, "goes on")
+        for s in road.elevations[1:, 0].tolist():
+            low, high = (cubic_at(road.elevations, s, side)[0] for side in (BEFORE, BEHIND))
+            step = lanes.Step(s, math.nan, math.nan, abs(high - low), 0.0)
+            yield from _step(step, road.line, f"road {road.id}", "the height goes on")
+
+
+def _step(step: lanes.Step, line: int, place: str, what: str) -> Iterator[Finding]:
+    """Yield what is wrong where a line goes on within a road."""
+    place = f"{place}, s {step.s:.2f} m"
+    if step.gap > GAP:
+        severity: Severity = "error" if step.gap > WIDE_GAP else "warning"
+        message = f"{what} with a gap of {step.gap:.3f} m"
+        yield Finding("gap", severity, line, place, step.x, step.y, step.gap, message)
+    if step.kink > KINK:
+        severity = "error" if step.kink > SHARP_KINK else "warning"
+        message = f"{what} with a kink of {math.degrees(step.kink):.1f} deg"
+        yield Finding("kink", severity, line, place, step.x, step.y, step.kink, message)
 
 
 def _overlaps(scene: _Scene, said: list[Joint]) -> Iterator[Finding]:

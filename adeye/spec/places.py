@@ -6,6 +6,7 @@ What reads maps is imported when one is read: most scenarios have none.
 from __future__ import annotations
 
 import gc
+import hashlib
 import math
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -266,7 +267,7 @@ class RulesFile(Record):
         maps: By the name of the map's file, which lies beside.
     """
 
-    maps: dict[str, MapRules]
+    maps: Annotated[dict[str, MapRules], Field(min_length=1)]
 
 
 def read_map(path: Path, *, strict: bool = False) -> tuple[OpenDrive, Losses]:
@@ -302,10 +303,16 @@ def read_places(path: Path, asked: Asked) -> Places:
         return _found(path, _state(path), asked)
 
 
-def _state(path: Path) -> tuple[tuple[int, int], ...]:
-    """Return what tells whether a map or the rules beside it have changed."""
-    files = [item for item in (path, path.with_name(RULES)) if item.is_file()]
-    return tuple((state.st_mtime_ns, state.st_size) for state in map(Path.stat, files))
+def _state(path: Path) -> tuple[str, str]:
+    """Return what tells whether a map or the rules beside it are others: times and sizes do not."""
+
+    def told(file: Path) -> str:
+        try:
+            return hashlib.sha256(file.read_bytes()).hexdigest()
+        except OSError:
+            return ""
+
+    return told(path), told(path.with_name(RULES))
 
 
 @contextmanager
@@ -356,7 +363,15 @@ class Rules:
     def __init__(self, path: Path, name: str, types: frozenset[str]) -> None:
         self._name = name
         self._document = load_document(path)
-        self._rules = validate(self._document, RulesFile).maps.get(self._name, MapRules())
+        maps = validate(self._document, RulesFile).maps
+        for other in maps:
+            if not path.with_name(other).is_file():
+                raise SpecError(
+                    f"maps: there is no map {shown(other)} beside these rules",
+                    where=self._document.locate_key(("maps", other)),
+                    remedy=suggest(other, [item.name for item in path.parent.glob("*.xodr")]),
+                )
+        self._rules = maps.get(self._name, MapRules())
         self._unused = {("lane_types", key) for key in self._rules.lane_types}
         self._unused |= {("lanes", key) for key in self._rules.lanes}
         self.count = len(self._unused)

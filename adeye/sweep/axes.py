@@ -13,7 +13,15 @@ from functools import lru_cache, partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
-from adeye.errors import InputError, InputErrors, SourceLocation, SweepError, placed, suggest
+from adeye.errors import (
+    InputError,
+    InputErrors,
+    SourceLocation,
+    SpecError,
+    SweepError,
+    placed,
+    suggest,
+)
 from adeye.kernel.relation import differences
 from adeye.spec.document import validate
 from adeye.spec.expression import parse
@@ -185,6 +193,8 @@ class AxisReader:
         places = find_places(self.scenario.spec, self.scenario.locate)
         with placed(where, f"{PLACE}: ", raised=SweepError):
             chosen = choose_places(places, spec)
+            if not chosen:
+                raise SpecError("no place is chosen", remedy="Name one, or write all.")
         left = tuple(place for place in chosen if place not in self.refused)
         if len(left) < len(chosen):
             if not left or not (distinct and isinstance(spec, str)):
