@@ -223,7 +223,10 @@ class Lanes:
             places,
             along,
             points,
-            tuple(lanes.steps_in(laid, edge, min(start, end), max(start, end))),
+            (
+                *lanes.steps_in(laid, edge, through.start, through.end),
+                *lanes.height_steps(laid.road, through.start, through.end),
+            ),
             along[(bend * np.array(sides) >= 1.0).any(axis=0)],
         )
 

@@ -223,6 +223,18 @@ def steps_in(road: LaidRoad, line: Floats, start: float, end: float) -> list[Ste
     return found
 
 
+def height_steps(road: Road, start: float, end: float) -> list[Step]:
+    """Return the steps of a road's height within a part of it [m]."""
+    found = []
+    for s in (s for s in road.elevations[1:, 0].tolist() if start < s < end):
+        low, high = (
+            alignment.cubic_at(road.elevations, s, side)[0]
+            for side in (alignment.BEFORE, alignment.BEHIND)
+        )
+        found.append(Step(s, math.nan, math.nan, abs(high - low), 0.0))
+    return found
+
+
 def value_at(cubics: Floats, places: Floats) -> tuple[Floats, Floats]:
     """Return a function of the place and its slope, (N,) each: of a line, or of the elevation."""
     values = np.empty((len(places), 2))

@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adeye.maps import lanes
-from adeye.maps.alignment import BEFORE, BEHIND, cubic_at
 from adeye.maps.network import (
     BUS,
     DRIVE,
@@ -270,9 +269,7 @@ def _within(scene: _Scene) -> Iterator[Finding]:
                     place = scene.network.name(row)
                     if step.s not in lines:
                         yield from _step(step, strip.lane.line, place, "goes on")
-        for s in road.elevations[1:, 0].tolist():
-            low, high = (cubic_at(road.elevations, s, side)[0] for side in (BEFORE, BEHIND))
-            step = lanes.Step(s, math.nan, math.nan, abs(high - low), 0.0)
+        for step in lanes.height_steps(road, 0.0, road.length):
             yield from _step(step, road.line, f"road {road.id}", "the height goes on")
 
 

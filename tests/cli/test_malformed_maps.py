@@ -71,6 +71,7 @@ CHANGES: dict[str, tuple[str, str, str]] = {
     "unknown direction": ('<lane id="1"', '<lane direction="up" id="1"', "direction is 'up'"),
     "unknown rule": ('rule="RHT"', 'rule="UHT"', "rule is 'UHT'"),
     "unknown unit": ('unit="km/h"', 'unit="kn"', "unit is 'kn'"),
+    "speed of no road": ('max="50"', 'max="9e6"', "max is '9e6'"),
     "negative speed": ('max="50"', 'max="-50"', "max is '-50'"),
     "road that is missing": ('elementId="2"', 'elementId="22"', "there is no road '22'"),
     "junction that is missing": ('elementId="1"/>', 'elementId="9"/>', "there is no junction '9'"),

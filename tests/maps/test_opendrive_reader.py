@@ -156,6 +156,7 @@ def test_rules_beside_a_map_take_the_place_of_guesses(tmp_path: Path) -> None:
         ("teleport: driving", "teleport: flying", "rules.yaml:3:18: lane_types: 'teleport'"),
         ("1/0", "1/1", "rules.yaml:4:13: lanes: '1/1': the map leaves nothing of that name"),
         ("[-2, -1]", "[-2]", "at least 2"),
+        ("map.xodr:", "nap.xodr:", "there is no map 'nap.xodr' beside these rules"),
         ("lanes:", "limits:", "limits"),
     ],
 )

@@ -7,7 +7,9 @@ from typing import Any
 
 import pytest
 
+from adeye.maps.carriageway import Lanes
 from adeye.maps.opendrive import OpenDrive, Road, RoadLink
+from adeye.maps.places import Asked, places_of
 from adeye.maps.topology import Finding, check_topology
 from tests.drawn_roads import WIDE, crossing, cubics, lane, network, piece, road, section
 
@@ -170,3 +172,38 @@ def test_lanes_that_part_may_lie_in_each_other() -> None:
         for name, turn in (("2", 0.0), ("3", -0.02))
     ]
     assert "overlap" not in found(network(one, *parts))
+
+
+BROKEN = (
+    ({"geometries": (200.0, 20.0, 0.0)}, "gap", "error", 20.0),
+    ({"geometries": (200.0, 0.0, 0.2)}, "kink", "warning", 0.2),
+    ({"offsets": (100.0, 1.5, 0.0, 0.0, 0.0)}, "gap", "error", 1.5),
+    ({"elevations": (100.0, 0.4, 0.0, 0.0, 0.0)}, "gap", "warning", 0.4),
+)
+
+
+@pytest.mark.parametrize(("fields", "kind", "severity", "value"), BROKEN)
+def test_a_road_that_does_not_go_on_within_itself_is_told_and_no_place(
+    fields: dict[str, tuple[float, ...]], kind: str, severity: str, value: float
+) -> None:
+    (name, numbers), *_ = fields.items()
+    pieces = [piece("line", 200.0), piece("line", 200.0, pose=(200.0, 0.0, 0.0), s=200.0)]
+    more: dict[str, Any] = {}
+    if name == "geometries":
+        pieces[1] = replace(pieces[1], x=numbers[0], y=numbers[1], heading=numbers[2])
+    else:
+        more[name] = cubics((0.0, 0.0, 0.0, 0.0, 0.0), numbers)
+    drive = network(road(pieces, ALONE, **more))
+    (finding,) = found(drive).values()
+    assert (finding.kind, finding.severity) == (kind, severity)
+    assert finding.value == pytest.approx(value)
+    asked = Asked("carriageway", 0.0, 350.0)
+    assert "m:1+0" not in [place.key for place in places_of(Lanes.of(drive), "m", asked).places]
+
+
+def test_a_street_steeper_than_any_is_no_place() -> None:
+    lanes = [piece("line", 400.0)], ALONE
+    for grade, count in ((0.4, 1), (0.6, 0)):
+        drive = network(road(*lanes, elevations=cubics((0.0, 0.0, grade, 0.0, 0.0))))
+        found_there = places_of(Lanes.of(drive), "m", Asked("carriageway", 0.0, 350.0)).places
+        assert len([place for place in found_there if place.key == "m:1+0"]) == count

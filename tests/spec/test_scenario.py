@@ -112,6 +112,6 @@ def test_a_stored_road_with_bays_is_read_as_it_was_written() -> None:
 
 
 def test_a_route_over_a_ramp_begins_at_the_place_of_its_kind() -> None:
-    assert PlaceQuery(anchor="exit", after="100 m", route="exit").route == "exit"  # type: ignore[arg-type]
+    assert PlaceQuery(anchor="exit", after="100 m", route="exit").route == "exit"
     with pytest.raises(ValidationError, match="takes anchor: exit"):
-        PlaceQuery(anchor="entry", after="100 m", route="exit")  # type: ignore[arg-type]
+        PlaceQuery(anchor="entry", after="100 m", route="exit")

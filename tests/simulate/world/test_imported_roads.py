@@ -1,5 +1,6 @@
 """Imported roads: one that is straight drives as the parametric one, and places are values."""
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -14,10 +15,11 @@ from adeye.kernel.road import MANY
 from adeye.maps import lanes as lanes_of
 from adeye.maps.opendrive import Geometry, OpenDrive, RoadType
 from adeye.maps.opendrive_writer import write_opendrive
+from adeye.maps.places import Asked
 from adeye.simulate.world.formulas import Formulas
 from adeye.simulate.world.roads import build_roads
 from adeye.spec.load import load_scenario
-from adeye.spec.places import find_places
+from adeye.spec.places import find_places, read_places
 from adeye.sweep.case import batches
 from tests.drawn_roads import lane, network, piece, road, section
 from tests.project import ROOT, Project, odd_of, run_cases, use
@@ -38,7 +40,7 @@ def planned(folder: Path, drawn: OpenDrive, places: Any = "first 1", **world: An
     """Plan the shipped braking of a lead, at places of a map or, without, on its own road."""
     project = Project(folder, odd_of(use("lead_braking")))
     (folder / "scenarios_db/motorway" / "drawn.xodr").write_bytes(write_opendrive(drawn))
-    if places:
+    if places is not None:
         query = {"anchor": "carriageway", "after": "2000 m", "lanes": 3, **world}
         with project.edited("scenarios_db/motorway/lead_braking.yaml") as scenario:
             scenario["world"] = {"map": {"file": "drawn.xodr"}, "place": query}
@@ -120,6 +122,7 @@ def test_a_use_may_fix_the_place(tmp_path: Path) -> None:
     ("places", "world", "told"),
     [
         ("first 99", {}, "the scenario has 41 places"),
+        ([], {}, "no place is chosen"),
         (["drawn:1+7"], {}, "there is no place 'drawn:1\\+7'"),
         ("some", {}, "must be all, first N or sample N seed K"),
         ("first 1", {"lanes": 2}, "with another number of lanes"),
@@ -220,3 +223,16 @@ def test_maps_and_roads_that_contradict_each_other_are_refused(
     path.write_text(yaml.safe_dump(content), "utf-8")
     with pytest.raises(InputError, match=told):
         load_scenario(path)
+
+
+def test_a_map_is_known_by_what_it_holds(tmp_path: Path) -> None:
+    path, radii, states = tmp_path / "bent.xodr", [], set()
+    for curvature in (0.001, 0.002):
+        bent = road([piece("arc", 900.0, curvature)], section(lane(0), lane(-1, WIDE)))
+        path.write_bytes(write_opendrive(network(bent)))
+        os.utime(path, (1e9, 1e9))
+        states.add((path.stat().st_size, path.stat().st_mtime_ns))
+        found = read_places(path, Asked("carriageway", 0.0, 500.0)).places
+        radii.append(found[0].radius)
+    assert len(states) == 1
+    assert radii == pytest.approx([1000.0, 500.0], abs=5.0)
