@@ -195,6 +195,7 @@ class AxisReader:
             chosen = choose_places(places, spec)
             if not chosen:
                 raise SpecError("no place is chosen", remedy="Name one, or write all.")
+            _require_distinct(chosen, chosen)
         left = tuple(place for place in chosen if place not in self.refused)
         if len(left) < len(chosen):
             if not left or not (distinct and isinstance(spec, str)):

@@ -264,7 +264,7 @@ def test_another_odd_does_not_see_it(measured: Project) -> None:
 def test_blocks_that_begin_at_once_register_it_once(
     measured: Project, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    register = delivered.register_metric
+    register = metrics.register_metric
 
     def slowly(metric: Any) -> None:
         time.sleep(0.05)

@@ -184,7 +184,7 @@ BROKEN = (
 
 @pytest.mark.parametrize(("fields", "kind", "severity", "value"), BROKEN)
 def test_a_road_that_does_not_go_on_within_itself_is_told_and_no_place(
-    fields: dict[str, tuple[float, ...]], kind: str, severity: str, value: float
+    fields: dict[str, Any], kind: str, severity: str, value: float
 ) -> None:
     (name, numbers), *_ = fields.items()
     pieces = [piece("line", 200.0), piece("line", 200.0, pose=(200.0, 0.0, 0.0), s=200.0)]
