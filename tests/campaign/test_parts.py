@@ -14,7 +14,7 @@ import pytest
 
 from adeye.campaign import parts as delivered
 from adeye.errors import InputError, IntegrityError, SpecError
-from adeye.judge.metrics import METRICS
+from adeye.judge.metrics import METRICS, register_metric
 from adeye.judge.verdict import Verdict
 from adeye.plugins import load_part
 from adeye.spec.load import load_architecture, load_odd
@@ -264,7 +264,7 @@ def test_another_odd_does_not_see_it(measured: Project) -> None:
 def test_blocks_that_begin_at_once_register_it_once(
     measured: Project, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    register = metrics.register_metric
+    register = register_metric
 
     def slowly(metric: Any) -> None:
         time.sleep(0.05)

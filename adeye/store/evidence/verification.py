@@ -245,7 +245,7 @@ def _altered_results(
 
 def _result_stream(
     connection: Connection, table: Table, runs: tuple[int, int]
-) -> Iterator[Sequence[tuple[Any, ...]]]:
+) -> Iterator[Sequence[Any]]:
     """Read numbers of runs, what is hashed and the hash, by the numbers, many together."""
     names = ", ".join(("result_digest", *(f"t.{name}" for name in hashed_names(table)[1:])))
     source = f"{table.name} t"
