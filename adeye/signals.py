@@ -591,7 +591,7 @@ def scene_signals(object_ids: tuple[str, ...], lanes: int) -> dict[str, SignalTy
         "ego.wrong_way": _boolean("in a lane of the other way, or against its lane"),
         "ego.on_road": _boolean("centre of the ego on a lane, shoulder, bay, rest area or verge"),
         "ego.in_refuge": _boolean("whole ego in a parking bay or rest area"),
-        "ego.at_goal": _boolean("the ego has arrived at its goal before the horizon"),
+        "ego.at_goal": _boolean("the ego has arrived at its goal in a lane, before the horizon"),
         "contact": _boolean("the ego touches an object", of_objects=True),
         "standstill": _boolean("the ego stands"),
         "in_odd": _boolean("the run is inside the ODD now"),

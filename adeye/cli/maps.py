@@ -255,8 +255,8 @@ def export_map(
 
     if lanes is None and xodr is None:
         raise UsageError("nothing to write is named", remedy="Name --lanes or --xodr, or both.")
-    if not 0.0 < step < math.inf:
-        raise UsageError(f"--step {step:g} is no length", remedy="Give metres above 0.")
+    if not 0.01 <= step < math.inf:
+        raise UsageError(f"--step {step:g} is too short", remedy="Give 0.01 metres or more.")
     drive, losses = _map_of(file)
     if lanes is not None:
         write_rows(EXPORTED, lane_rows(drive, step), lanes)

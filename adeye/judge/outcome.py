@@ -13,7 +13,7 @@ import numpy as np
 from adeye.judge.verdict import Outcome
 from adeye.kernel.motion import GRAVITY
 from adeye.kernel.road import mark_in_refuge, mark_on_road
-from adeye.signals import PLACE_D, PLACE_HEADING, PLACE_S
+from adeye.signals import PLACE_D, PLACE_HEADING, PLACE_LANE, PLACE_S
 
 if TYPE_CHECKING:
     from adeye.signals import Bools, Floats, Ints, RoadMap, SceneContext
@@ -118,11 +118,14 @@ def full_horizon_row(trace: Trace) -> int:
 
 
 def at_goal(trace: Trace) -> Bools:
-    """Tell at which rows (B, T) the ego has arrived at its goal, which ends the horizon."""
+    """Tell at which rows (B, T) the ego has arrived at its goal, in a lane of its way."""
     # A contact, or the end of the road, ends it, too: at the last row or the one before.
     latest = np.where(trace.complete, full_horizon_row(trace), last_rows(trace) - 1)
     arrived, rows = trace.horizon_row[:, np.newaxis], np.arange(trace["ego_place"].shape[1])
-    return np.asarray((arrived < latest[:, np.newaxis]) & (rows >= arrived))
+    # Who passes it beside the road has missed it, though the horizon ends there as well.
+    lanes = np.take_along_axis(trace["ego_place"][..., PLACE_LANE], arrived, axis=1)
+    is_there = (arrived < latest[:, np.newaxis]) & np.greater_equal(lanes, 0.0)
+    return np.asarray(is_there & (rows >= arrived))
 
 
 def last_rows(trace: Trace) -> Ints:

@@ -10,12 +10,17 @@ Source:
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
+
+FASTEST: Final = 150.0
+"""Highest speed limit of any road [m/s]. Our choice."""
+STEEPEST: Final = 0.5
+"""Grade of no street: the steepest rise by 0.35 [1]."""
 
 GeometryKind = Literal["line", "arc", "spiral", "poly3", "paramPoly3"]
 

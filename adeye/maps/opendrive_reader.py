@@ -19,6 +19,7 @@ import numpy as np
 
 from adeye.maps.losses import Losses, require_none
 from adeye.maps.opendrive import (
+    FASTEST,
     Connection,
     Floats,
     Geometry,
@@ -66,8 +67,6 @@ MOST_LENGTH: Final = 1e6
 """Longest road [m]. Our choice, as the others."""
 MOST_WIDTH: Final = 1_000.0
 MOST_CURVATURE: Final = 10.0
-MOST_SPEED: Final = 150.0
-"""Highest speed limit [m/s]."""
 MOST_TURN: Final = 1_000.0
 """Largest heading, and largest turn of one piece [rad]."""
 MOST_STRETCH: Final = 10.0
@@ -274,7 +273,7 @@ class _Reader:
         if part.attributes.get("max") in words:
             return words[part.word("max")]
         factor = _UNITS[unit][0] / _UNITS[unit][1]
-        return part.number("max", None, 0.0, MOST_SPEED / factor) * factor
+        return part.number("max", None, 0.0, FASTEST / factor) * factor
 
     def _read_geometries(self, plan: Element) -> tuple[Geometry, ...]:
         """Read the pieces of a line: each begins where the one before ends."""

@@ -19,6 +19,7 @@ import numpy as np
 from adeye.kernel import strips as across
 from adeye.maps import network
 from adeye.maps.carriageway import Cut, Lanes, Piece, Section, Slab, steps_of
+from adeye.maps.opendrive import STEEPEST
 
 Anchor = Literal["carriageway", "entry", "exit", "lane_begin", "lane_end", "work_zone"]
 """What is at a place: a point of a carriageway, where the lane of a ramp comes in or leaves, where
@@ -32,8 +33,6 @@ GAP: Final = 0.05
 """Between the ends of two roads that are one way [m]."""
 KINK: Final = 0.01
 """Between their headings [rad]."""
-STEEPEST: Final = 0.5
-"""Grade of no street: the steepest rise by 0.35 [1]."""
 APART: Final = 40.0
 """Where the way comes nearer than this to itself after more than twice as much of it, places beside
 it would be ambiguous [m]."""

@@ -95,7 +95,7 @@ def map_files(scenario: LogicalScenario, locate: Callable[[Loc], SourceLocation]
         locate: Finds where a part of it was written, for a map lies beside that file.
     """
     maps = _maps(scenario, locate)
-    beside = {path.with_name(RULES) for path in maps}
+    beside = {path.parent / RULES for path in maps}
     return [*maps, *(rules for rules in sorted(beside) if rules.is_file())]
 
 
@@ -286,7 +286,7 @@ def read_map(path: Path, *, strict: bool = False) -> tuple[OpenDrive, Losses]:
     """
     from adeye.maps.opendrive_reader import LANE_TYPES, read_opendrive
 
-    beside = path.with_name(RULES)
+    beside = path.parent / RULES
     rules = Rules(beside, path.name, LANE_TYPES) if beside.is_file() else None
     drive, losses = read_opendrive(path, rules, strict=strict)
     losses.given = rules.count if rules else 0
@@ -312,7 +312,7 @@ def _state(path: Path) -> tuple[str, str]:
         except OSError:
             return ""
 
-    return told(path), told(path.with_name(RULES))
+    return told(path), told(path.parent / RULES)
 
 
 @contextmanager
@@ -365,7 +365,7 @@ class Rules:
         self._document = load_document(path)
         maps = validate(self._document, RulesFile).maps
         for other in maps:
-            if not path.with_name(other).is_file():
+            if not (path.parent / other).is_file():
                 raise SpecError(
                     f"maps: there is no map {shown(other)} beside these rules",
                     where=self._document.locate_key(("maps", other)),

@@ -13,6 +13,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import ConfigDict, Field, model_validator
 
 from adeye.errors import InputError
+from adeye.maps.opendrive import FASTEST, STEEPEST
 from adeye.spec import quantity as q
 from adeye.spec.document import Loc, Problem, finds, misplaced
 from adeye.spec.expression import parse
@@ -154,6 +155,8 @@ class Road(q.GrownRecord):
             yield (), f"a {self.kind} road takes {'no' if self.kind == 'straight' else 'a'} radius"
         if bool(self.line and self.slabs) != (self.kind == "imported"):
             yield (), "a place of a map gives a road its line; write world.map instead of it"
+        if self.kind != "imported" and (self.place or self.heading or self.grades):
+            yield (), "a place of a map says where a road is and how it rises; write world.map"
         numbers = [number for piece in self.line for number in piece]
         numbers += [number for _, strips in self.slabs for strip in strips for number in strip]
         begins = [begin for begin, _ in self.slabs]
@@ -162,6 +165,8 @@ class Road(q.GrownRecord):
             and all(length > 0.0 for length, _ in self.line)
             and begins == sorted(set(begins))
             and all(len(strip) == 8 for _, strips in self.slabs for strip in strips)
+            and all(strip[2] <= FASTEST for _, strips in self.slabs for strip in strips)
+            and all(abs(grade) <= STEEPEST for _, grade in self.grades)
         )
         if not is_sound:
             yield (), "these are no numbers of a road that adeye has imported"

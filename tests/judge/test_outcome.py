@@ -10,7 +10,7 @@ import pytest
 from adeye.judge import outcome
 from adeye.judge.verdict import Outcome
 from adeye.kernel.motion import GRAVITY
-from adeye.signals import EGO_HEADING, PLACE_D, PLACE_S
+from adeye.signals import EGO_HEADING, PLACE_D, PLACE_LANE, PLACE_S
 from adeye.trace import ChannelEvent
 from tests.judge.conftest import HandMade
 
@@ -49,6 +49,14 @@ def test_ego_is_at_its_goal_from_there_on_and_a_run_that_ends_before_is_nowhere(
     marks = outcome.at_goal(made.trace())
     assert marks[0].tolist() == [row >= 8 for row in range(marks.shape[1])]
     assert not marks[1:].any()
+
+
+def test_ego_that_passes_its_goal_beside_the_lanes_is_not_there(hand_made: Any) -> None:
+    made = hand_made()
+    made.horizon_row[:], made.length[:] = 8, 14
+    trace = made.trace()
+    trace["ego_place"][:, 8, PLACE_LANE] = -1.0
+    assert not outcome.at_goal(trace).any()
 
 
 def test_event_within_the_horizon_realises_the_scenario(hand_made: Any) -> None:

@@ -50,6 +50,12 @@ def test_what_is_no_scenario_is_refused(place: tuple[str, ...], value: Any, said
         LogicalScenario.model_validate(content(*place, value=value))
 
 
+@pytest.mark.parametrize(("key", "value"), [("grades", [[0.0, 0.3]]), ("heading", 1.0)])
+def test_a_road_of_ones_own_takes_nothing_of_a_map(key: str, value: Any) -> None:
+    with pytest.raises(ValidationError, match="a place of a map says where a road is"):
+        LogicalScenario.model_validate(content("world", "road", key, value=value))
+
+
 def test_condition_may_be_that_an_event_has_begun() -> None:
     changed = content("storyboard", "change_speed", "when", value="cut_in.begun")
     event = LogicalScenario.model_validate(changed).storyboard["change_speed"]
