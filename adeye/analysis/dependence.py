@@ -56,7 +56,7 @@ BUILT_IN_CODE: Final[Mapping[str, tuple[str, tuple[str, ...]]]] = {
     ),
     "simulate/channels/trajectory/cost.py": (
         "predicts where objects will be",
-        (PLANNED, "trajectory"),
+        ("nominal", PLANNED, "trajectory"),
     ),
     "simulate/channels/trajectory/channel.py": (
         "steers along a path that is planned",
