@@ -243,6 +243,8 @@ def _place(found: Lanes, spot: Spot, asked: Asked, key: str) -> Place | str:
         return "where roads do not meet, or with a kink"
     at = [cut.section for cut in chain].index(section)
     here = math.fsum(piece.length for piece in pieces[:at]) + pieces[at].on_line(spot.at)
+    if len(_types_along(found, chain, pieces, here - asked.before, here + asked.after)) > 1:
+        return "where the type of the road changes"
     return _laid(key, _type_at(found, spot), asked, pieces, here)
 
 
@@ -373,6 +375,22 @@ def _is_two_way(found: Lanes, section: Section) -> bool:
 def _type_at(found: Lanes, spot: Spot) -> str:
     kinds = [item for item in found.drive.roads[spot.section.road].types if item.s <= spot.at]
     return _TYPES.get(kinds[-1].type, _UNKNOWN) if kinds else _UNKNOWN
+
+
+def _types_along(
+    found: Lanes, chain: Sequence[Cut], pieces: Sequence[Piece], low: float, high: float
+) -> set[str]:
+    """Return the types of roads between two places on the line [m], of those that say one."""
+    kinds, begin = set(), 0.0
+    for cut, piece in zip(chain, pieces, strict=True):
+        ends = np.clip([low - begin, high - begin], 0.0, piece.length)
+        types = found.drive.roads[cut.section.road].types
+        if types and ends[1] > ends[0]:
+            first, last = sorted(np.interp(ends, piece.along, piece.places).tolist())
+            kinds.add(_type_at(found, Spot(cut.section, first)))
+            kinds |= {_TYPES.get(item.type, _UNKNOWN) for item in types if first < item.s < last}
+        begin += piece.length
+    return kinds
 
 
 def _laid(key: str, kind: str, asked: Asked, pieces: Sequence[Piece], here: float) -> Place | str:

@@ -181,6 +181,14 @@ class Road(q.GrownRecord):
             yield ("lane_ends",), "a road with bays keeps its right lane"
 
     @property
+    def lane_counts(self) -> tuple[int, int]:
+        """Fewest and most lanes of the ego's way along it."""
+        counts = [sum(strip[3] >= 0.0 for strip in strips) for _, strips in self.slabs]
+        return (
+            (min(counts), max(counts)) if counts else (self.lanes - len(self.lane_ends), self.lanes)
+        )
+
+    @property
     def has_strips(self) -> bool:
         """Whether what lies across it is told strip by strip."""
         return self.kind == "imported" or bool(self.opposite_lanes or self.lane_ends)

@@ -245,7 +245,8 @@ def _check_varied(kind: Kind, path: tuple[str, ...]) -> None:
 
 def _check_looked_at(kind: Kind, path: tuple[str, ...], values: Sequence[Any]) -> None:
     """Refuse to vary how long one looks: one drive would count as several results."""
-    if kind == "scenario" and path in {("horizon",), ("tail",)} and len(values) > 1:
+    ends = path in {("horizon",), ("tail",)} or path[:2] == ("ego", "goal")
+    if kind == "scenario" and ends and len(values) > 1:
         raise SweepError(
             f"what happens is the same however long one looks, and would count {len(values)} times",
             remedy="Give one value, the longest that is needed.",

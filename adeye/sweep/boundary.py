@@ -107,8 +107,10 @@ def _limits(scenario: LogicalScenario, attributes: Attributes) -> Iterator[Limit
 def _labels(scenario: LogicalScenario, count: int, attributes: Attributes) -> Iterator[Breach]:
     everywhere = np.ones(count, dtype=bool)
     road, scenery = scenario.world.road, attributes.scenery
-    if not scenery.lanes.min <= road.lanes <= scenery.lanes.max:
-        text = f"{road.lanes} lanes, the ODD has {scenery.lanes.min} to {scenery.lanes.max}"
+    least, most = road.lane_counts
+    if least < scenery.lanes.min or most > scenery.lanes.max:
+        found = f"{least} to {most}" if least < most else f"{most}"
+        text = f"{found} lanes, the ODD has {scenery.lanes.min} to {scenery.lanes.max}"
         yield Breach("lanes", everywhere, text)
     if road.road_type not in scenery.road_type:
         text = f"road type {road.road_type}, the ODD has {', '.join(scenery.road_type)}"

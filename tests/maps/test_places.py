@@ -8,7 +8,7 @@ import pytest
 
 from adeye.kernel import strips
 from adeye.maps.carriageway import Lanes
-from adeye.maps.opendrive import Connection, Junction, OpenDrive, Road, RoadLink
+from adeye.maps.opendrive import Connection, Junction, OpenDrive, Road, RoadLink, RoadType
 from adeye.maps.places import Asked, Place, Places, places_of
 from tests.drawn_roads import cubics, lane, network, piece, road, section
 
@@ -258,3 +258,16 @@ def test_without_a_route_the_road_goes_on_where_most_lanes_do() -> None:
 def test_a_ramp_that_is_too_short_gives_no_road(asked: dict[str, float], reason: str) -> None:
     asked = {"before": 300.0, "after": 100.0, **asked}
     assert found(with_ramp(), "exit", **asked, route="exit").refused == {reason: 1}
+
+
+def test_a_place_has_one_type_of_road_from_end_to_end() -> None:
+    types = (RoadType(0.0, "rural", math.nan, 1), RoadType(200.0, "town", math.nan, 1))
+    drawn = network(straight(section(lane(0), lane(-1, WIDE)), types=types))
+    places = found(drawn)
+    assert {place.key: place.road_type for place in places.places} == {
+        "m:1+50": "rural",
+        "m:1+100": "rural",
+        "m:1+250": "urban",
+        "m:1+300": "urban",
+    }
+    assert places.refused["where the type of the road changes"] == 2

@@ -95,3 +95,14 @@ def test_sun_above_the_horizon_must_be_as_high_as_the_odd_has_it() -> None:
     assert found(attributes, sunny, sun=heights[:2]) == []
     assert found(attributes) == []
     assert found({}, sunny, sun=heights) == []
+
+
+def test_every_lane_count_along_the_road_is_in_the_odd() -> None:
+    road = SCENARIO.world.road
+    text = SCENARIO.model_dump(mode="json")
+    text["world"]["road"]["lane_ends"] = {"works": {"side": "left", "s": "300 m", "taper": "90 m"}}
+    ending = LogicalScenario.model_validate(text, context=SI)
+    scenery = {"scenery": {"lanes": {"min": road.lanes, "max": 8}}}
+    assert [item.attribute for item in found(scenery)] == []
+    (breach,) = found(scenery, ending)
+    assert breach.text.startswith(f"{road.lanes - 1} to {road.lanes} lanes, the ODD has")

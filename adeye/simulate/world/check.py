@@ -133,13 +133,18 @@ def _rivals(scenario: LogicalScenario) -> Iterator[Finding]:
 
 
 def parameters_used(scenario: LogicalScenario) -> frozenset[str]:
-    """Name what the formulas of a scenario use; constraints only choose among its values."""
+    """Name what the formulas of a scenario use for what happens.
+
+    Constraints only choose among its values, and a goal only ends what is looked at.
+    """
     formulas = quantities(scenario, ())
     return frozenset[str]().union(
         *(
             item.names
             for loc, item, _ in formulas
-            if isinstance(item, Expression) and loc[0] != "constraints"
+            if isinstance(item, Expression)
+            and loc[0] != "constraints"
+            and loc[:2] != ("ego", "goal")
         )
     )
 
