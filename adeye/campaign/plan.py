@@ -19,7 +19,6 @@ from adeye.campaign import check
 from adeye.campaign.parts import Parts, load_parts, sources, use_plugin_metrics
 from adeye.campaign.work import WorkContext, compiled_parts
 from adeye.errors import InputError, IntegrityError, SpecError, placed
-from adeye.fields import fields_of
 from adeye.judge.requirements import (
     CheckedRequirement,
     JudgedPlan,
@@ -314,7 +313,9 @@ def recreate(
         parameters=dict(stored.parameters),
         architecture=Architecture.model_validate(architecture, context=SI),
         faults=tuple(FAULT.validate_python(fault, context=SI) for fault in stored.faults),
-        **fields_of(stored, "fault_entry", "replicate", "seed"),
+        fault_entry=stored.fault_entry,
+        replicate=stored.replicate,
+        seed=stored.seed,
         step=stored.step_s,
         point={},
         inside_odd=inside_odd,

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from adeye.errors import IntegrityError
-from adeye.fields import fields_of
 from adeye.judge import outcome
 from adeye.judge.extremes import Extremes, find_extremes, measure_of
 from adeye.judge.metrics import METRICS, MetricDefinition, compute_metrics
@@ -298,7 +297,11 @@ class Frame:
             fsr_digest=fsr_digest,
             runs=runs,
             verdict=verdict,
-            **fields_of(found, "exercised", "numbers", "actor", "binding", "bindings"),
+            exercised=found.exercised,
+            numbers=found.numbers,
+            actor=found.actor,
+            binding=found.binding,
+            bindings=found.bindings,
             detail=np.where(chosen >= 0, chosen, detail + len(own)),
             details=(*own, *details),
             objects=self.objects,

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any, Final, Literal, get_args
 
 import numpy as np
 
-from adeye.fields import fields_of
 from adeye.judge.intervals import (
     Intervals,
     alarms,
@@ -432,7 +431,9 @@ def count_injections(group: Sequence[Injection], *, is_sample: bool) -> Injectio
     measured = [item.ftti_s for item in group if item.ftti_s is not None]
     handled = [item.times.fhti_s for item in group if item.times.fhti_s is not None]
     return InjectionCount(
-        **fields_of(group[0], "scenario", "architecture", "fault_entry"),
+        scenario=group[0].scenario,
+        architecture=group[0].architecture,
+        fault_entry=group[0].fault_entry,
         counts={name: counted[name] for name in CLASSES},
         detected=detected,
         activated=activated,

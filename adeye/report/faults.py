@@ -15,7 +15,6 @@ from typing import Any, Final
 import numpy as np
 
 from adeye.errors import InputError, suggest
-from adeye.fields import fields_of
 from adeye.judge.preventability import TAKEOVER_CLASSES, TakeoverClass
 from adeye.judge.statistics import median_low, poisson_rate
 from adeye.judge.timeline import Injection, count_injections, grouped, worst_of
@@ -241,7 +240,9 @@ def _group(
         high=None if count.coverage is None else count.coverage.high,
         worst=model.WorstInjection.of(
             worst,
-            **fields_of(worst.times, "fdti_s", "frti_s", "fhti_s"),
+            fdti_s=worst.times.fdti_s,
+            frti_s=worst.times.frti_s,
+            fhti_s=worst.times.fhti_s,
             command=replay(worst.run),
         ),
     )

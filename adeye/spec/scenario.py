@@ -13,6 +13,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import ConfigDict, Field, model_validator
 
 from adeye.errors import InputError
+from adeye.kernel.strips import STRIP_LANE, STRIP_LIMIT
 from adeye.maps.opendrive import FASTEST, STEEPEST
 from adeye.spec import quantity as q
 from adeye.spec.document import Loc, Problem, finds, misplaced
@@ -165,7 +166,7 @@ class Road(q.GrownRecord):
             and all(length > 0.0 for length, _ in self.line)
             and begins == sorted(set(begins))
             and all(len(strip) == 8 for _, strips in self.slabs for strip in strips)
-            and all(strip[2] <= FASTEST for _, strips in self.slabs for strip in strips)
+            and all(strip[STRIP_LIMIT] <= FASTEST for _, strips in self.slabs for strip in strips)
             and all(abs(grade) <= STEEPEST for _, grade in self.grades)
         )
         if not is_sound:
@@ -183,7 +184,7 @@ class Road(q.GrownRecord):
     @property
     def lane_counts(self) -> tuple[int, int]:
         """Fewest and most lanes of the ego's way along it."""
-        counts = [sum(strip[3] >= 0.0 for strip in strips) for _, strips in self.slabs]
+        counts = [sum(strip[STRIP_LANE] >= 0.0 for strip in strips) for _, strips in self.slabs]
         return (
             (min(counts), max(counts)) if counts else (self.lanes - len(self.lane_ends), self.lanes)
         )

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from adeye.errors import InputError, SourceLocation, SpecError, SweepError
-from adeye.fields import fields_of
 from adeye.spec.architecture import targets_of
 from adeye.spec.clock import period_ticks, ticks
 from adeye.sweep.axes import Axis, AxisReader, Change, default_values, has_path
@@ -352,7 +351,9 @@ def shared_of(files: OddFiles, section: Section, variants: Variants) -> Shared:
         architecture=architecture,
         faults=tuple(_fault(files, number, changes, variants) for number in group.faults),
         fault_entry=group.entry,
-        **fields_of(odd, "seed", "step", "attributes"),
+        seed=odd.seed,
+        step=odd.step,
+        attributes=odd.attributes,
     )
 
 

@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from adeye import ports
-from adeye.fields import fields_of
 from adeye.signals import OK, SILENT, STATUS_LABELS, ControlCommand, Observation
 from adeye.simulate.channels.guard import ERROR, INVALID_OUTPUT, Failures, describe
 from adeye.simulate.channels.links import no_command
@@ -128,7 +127,10 @@ def _number(value: Any) -> float:
 
 def _context(context: ChannelContext, run: int) -> ports.ScalarContext:
     return ports.ScalarContext(
-        **fields_of(context, "channel_id", "links", "step", "period"),
+        channel_id=context.channel_id,
+        links=context.links,
+        step=context.step,
+        period=context.period,
         sensors=dict(context.sensors),
         mounts={name: poses[run].copy() for name, poses in context.mounts.items()},
         vehicle=context.vehicles[run],

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adeye import signals
-from adeye.fields import fields_of
 from adeye.kernel.boxes import swept_contact, wrap_to_pi
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled, inlined
@@ -584,7 +583,9 @@ class Stage:
         self.objects: Floats = world.objects.copy()
         self.ending = Ending(
             step=context.step,
-            **fields_of(world, "horizon", "tail", "goal"),
+            horizon=world.horizon,
+            tail=world.tail,
+            goal=world.goal,
             road_length=context.road.length,
         )
         self._tick = 0
