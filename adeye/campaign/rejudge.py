@@ -20,7 +20,7 @@ from adeye.judge.metrics import METRICS
 from adeye.judge.metrics.registry import CODES, StatusColumn
 from adeye.judge.outcome import bars
 from adeye.judge.requirements import JUDGE_VERSION, CheckedRequirement
-from adeye.judge.stl.counterexample import Runs
+from adeye.judge.stl.counterexample import Runs, missing_from
 from adeye.ports import MetricColumn
 from adeye.store.block import JudgedBlock
 from adeye.store.write.results import CHUNK
@@ -224,7 +224,9 @@ class _Judging:
             objects=self.objects,
             by_contact=np.array([item[0] for item in bases], dtype=np.bool_),
             invalid=tuple(item[1] for item in bases),
-            alone=None if has_objects else self._runs,
+            # What is judged by its extremes is a number, which no fault's signal is.
+            missing=missing_from(self._dictionary, has_objects=has_objects, faults=None),
+            like=self._runs,
         )
         own: Ints = np.arange(len(runs))
         if item.bound is not None and not metrics:

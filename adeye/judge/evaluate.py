@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
@@ -25,7 +25,7 @@ from adeye.judge.stl.batch import (
     evaluate_columns,
     joined_columns,
 )
-from adeye.judge.stl.counterexample import Runs, asks_nothing
+from adeye.judge.stl.counterexample import NO_OBJECT, Runs, asks_nothing, missing_from
 from adeye.judge.stl.descent import BINDING_STATUSES
 from adeye.judge.stl.program import KIND, WORD
 from adeye.judge.trace_signals import TraceSignals
@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 
     from adeye.judge.requirements import Bound, CheckedRequirement
+    from adeye.judge.stl.formula import Formula
     from adeye.judge.stl.program import Words
     from adeye.judge.uncertainty import NumericUncertainty
     from adeye.ports import MetricColumn
@@ -214,15 +215,17 @@ class Frame:
         by_contact: (B,) whether a contact ended the run.
         invalid: B reasons why FSRs cannot be judged, None where they can; see
             ``outcome.invalid_reasons`` for those that spare what fails.
-        alone: What runs without any object are like: what is measured of objects tests nothing.
-            None where there is one.
+        missing: Objects, if there are none, and faults that are not injected, by the signal that
+            depends on them: what only these decide tests nothing.
+        like: What the runs are like; None where nothing is missing.
     """
 
     step_s: float
     objects: tuple[str, ...]
     by_contact: Bools
     invalid: tuple[str | None, ...]
-    alone: Runs | None = None
+    missing: Mapping[str, str] = field(default_factory=dict)
+    like: Runs | None = None
 
     @property
     def is_invalid(self) -> Bools:
@@ -249,9 +252,7 @@ class Frame:
         if item.bound is not None:
             found = self._by_bound(item.bound, metrics[item.bound.column], runs)
         elif evaluated is not None:
-            formula, alone = item.formula, self.alone
-            is_idle = formula and alone and asks_nothing(formula, alone)
-            found = self._by_formula(evaluated, runs, is_idle=bool(is_idle))
+            found = self._by_formula(evaluated, runs, item.formula)
         else:
             # Every run is invalid, so that nothing was evaluated.
             found = _nothing(len(runs))
@@ -269,7 +270,7 @@ class Frame:
             name: What stands in the place of the FSR's id.
         """
         runs = np.arange(len(evaluated.verdict))
-        found = self._by_formula(evaluated, runs, is_idle=False)
+        found = self._by_formula(evaluated, runs)
         least = np.zeros(len(found.bindings))
         return self._columns(found, runs, least, name, "", "inconclusive")
 
@@ -331,12 +332,20 @@ class Frame:
         detail = found.explain(reason)
         return _and("ended by contact", detail) if override == _BY_CONTACT else detail
 
-    def _by_formula(self, result: StlColumns, runs: Ints, *, is_idle: bool) -> _Ruling:
+    def _by_formula(
+        self, result: StlColumns, runs: Ints, formula: Formula | None = None
+    ) -> _Ruling:
         words = result.program.words
         node, status, error = result.node[runs], result.status[runs], result.error[runs]
         # What only holds because no row lies as far back as it looks was asked of nothing.
-        is_unasked = (status == _BEFORE) | is_idle
-        is_vacuous = result.vacuous[runs] | (is_unasked & (result.verdict[runs] > 0))
+        is_unasked = (status == _BEFORE) & (result.verdict[runs] > 0)
+        is_vacuous = result.vacuous[runs] | is_unasked
+        is_idle = (result.verdict[runs] > 0) & ~is_vacuous
+        lacking = None
+        if formula and self.like and is_idle.any():
+            lacking = asks_nothing(formula, self.like, self.missing)
+        is_idle &= lacking is not None
+        is_vacuous |= is_idle
         satisfied = np.where(is_vacuous, VACUOUS, PASS)
         decided = np.array([INCONCLUSIVE, 0, FAIL])[result.verdict[runs]]
         verdict = np.where(result.verdict[runs] > 0, satisfied, decided)
@@ -366,14 +375,15 @@ class Frame:
         reason = (
             verdict * (_KINDS * len(words)) + _KINDS * node + status
         ) * widest + np.nan_to_num(code).astype(np.int64)
-        reason = reason * len(patterns) + pattern
+        reason = (reason * len(patterns) + pattern) * 2 + is_idle
 
         def explain(key: int) -> str | None:
+            key, lacks = divmod(key, 2)
+            if lacks:
+                return lacking
             key, which = divmod(key, len(patterns))
             rest, word = divmod(key, widest)
             kind, place = divmod(rest, _KINDS * len(words))
-            if is_idle and kind == VACUOUS:
-                return "there is no object"
             said = _reason(kind, words[place // _KINDS], place % _KINDS, word)
             return _and(said, never_held(patterns[which].tolist()))
 
@@ -391,7 +401,7 @@ class Frame:
     def _by_bound(self, bound: Bound, column: MetricColumn, runs: Ints) -> _Ruling:
         metric = bound.metric
         status = status_codes(column.status)[runs]
-        if self.alone is not None and metric.of_objects:
+        if NO_OBJECT in self.missing.values() and metric.of_objects:
             error = _CODES[statuses.ERROR]
             status = np.where(status == error, error, _CODES[statuses.NOT_APPLICABLE])
         is_free = status == _CODES[statuses.NO_CONFLICT]
@@ -660,13 +670,15 @@ def _parts(signals: TraceSignals) -> Iterator[tuple[slice, TraceSignals]]:
 def _frame(signals: TraceSignals) -> Frame:
     trace = signals.trace
     layout, context = trace.layout, trace.layout.context
-    alone = Runs(signals.dictionary, context.step, layout.horizon, layout.tail)
     return Frame(
         step_s=context.step,
         objects=context.object_ids,
         by_contact=outcome.ended_by_contact(trace),
         invalid=outcome.invalid_reasons(trace),
-        alone=None if context.object_ids else alone,
+        missing=missing_from(
+            signals.dictionary, has_objects=bool(context.object_ids), faults=layout.faults
+        ),
+        like=Runs(signals.dictionary, context.step, layout.horizon, layout.tail),
     )
 
 

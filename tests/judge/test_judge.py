@@ -98,7 +98,6 @@ def test_formula_that_only_objects_decide_asks_nothing_where_there_is_none(hand_
         "always(ego.speed >= 5 m/s implies eventually[0 s, 0.2 s](not contact))",
         "always(ego.speed <= 0.5 * gap / 1 s)",
         "eventually(standstill or max(ttc, mttc) > 5 s)",
-        "always(ttc < 2 s implies ego.acceleration < 0 m/s^2)",
         # No run of the scenario is as long as that.
         "always(ttc >= 1 s and time <= 100 s)",
         "always(ttc >= 1 s and (time <= 100 s or ego.speed <= 1 m/s))",
@@ -117,6 +116,25 @@ def test_formula_that_only_objects_decide_asks_nothing_where_there_is_none(hand_
         found = judged(alone, fsr(formula=formula))
         assert (found.verdict, found.is_exercised) == (verdict, True), formula
     assert judged(hand_made(), fsr(formula="always(ttc >= 1 s)")).is_exercised
+
+
+def test_formula_that_only_a_fault_decides_asks_nothing_where_it_is_not_injected(
+    hand_made: Any,
+) -> None:
+    made = hand_made(faults=("late",)).set("fault_active", 1, rows=slice(3, 5), at=0)
+    for formula, verdict, detail in (
+        ("always(not fault.never.active)", VACUOUS, "fault never is not injected"),
+        ("always(ego.speed <= 1 m/s or not fault.never.active)", VACUOUS, "fault never is not"),
+        ("always(ego.speed <= 40 m/s and not fault.never.active)", PASS, ""),
+        ("always(fault.never.active or not fault.late.active)", FAIL, ""),
+        ("always(ego.speed <= 40 m/s or not (fault.never.active or fault.late.active))", PASS, ""),
+        ("always(not faulted or ego.speed <= 40 m/s)", PASS, ""),
+    ):
+        found = judged(made, fsr(formula=formula), faults=["late", "never"])
+        assert (found.verdict, found.is_exercised) == (verdict, verdict is not VACUOUS), formula
+        assert (found.detail or "").startswith(detail), formula
+    found = judged(hand_made(faults=()), fsr(formula="always(not faulted)"), faults=["late"])
+    assert (found.verdict, found.detail) == (VACUOUS, "no fault is injected")
 
 
 def test_monitor_of_objects_tests_nothing_where_there_is_none(hand_made: Any) -> None:

@@ -37,7 +37,7 @@ from adeye.spec.plausible import farthest
 from adeye.units import Dimension
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 
     from adeye.judge.stl.batch import StlColumns
     from adeye.judge.stl.formula import Formula
@@ -61,6 +61,33 @@ class Runs(NamedTuple):
     step_s: float
     horizon_s: float
     tail_s: float
+
+
+NO_OBJECT: Final = "there is no object"
+
+
+def missing_from(
+    declared: Mapping[str, SignalType], *, has_objects: bool, faults: Collection[str] | None
+) -> dict[str, str]:
+    """List what never is in runs, by the signal that depends on it.
+
+    Args:
+        declared: The signals.
+        has_objects: Whether there are objects.
+        faults: Those that are injected; None where no signal of a fault is read.
+    """
+    missing = {
+        name: NO_OBJECT for name, item in declared.items() if item.of_objects and not has_objects
+    }
+    if faults is not None:
+        missing |= {
+            name: f"fault {parts[1]} is not injected"
+            for name in declared
+            if (parts := name.split("."))[0] == "fault" and parts[1] not in faults
+        }
+        if not faults:
+            missing["faulted"] = "no fault is injected"
+    return missing
 
 
 _FOUND: Final[dict[tuple[object, ...], bool]] = {}
@@ -117,23 +144,29 @@ def can_fail(formula: Formula, runs: Sequence[Runs]) -> bool:
     return False
 
 
-def asks_nothing(formula: Formula, alone: Runs) -> bool:
-    """Tell whether no run without any object was found that fails a formula about objects.
+def asks_nothing(formula: Formula, like: Runs, missing: Mapping[str, str]) -> str | None:
+    """Say what a formula lacks that no run was found to fail in which some things never are.
 
-    What is measured of objects is as it is without any.
+    What is measured of objects is as it is without any, and no fault is present.
 
     Args:
         formula: The formula.
-        alone: What such runs are like: a time that none of them reaches asks for nothing, either.
+        like: What the runs are like: a time that none of them reaches asks for nothing, either.
+        missing: What is not there, by the signal that depends on it.
+
+    Returns:
+        The first thing that is missing; None if the formula names none, or can fail all the same.
     """
-    declared = dict(alone.declared)
-    for name in formula.names:
-        if (item := declared[name]).of_objects:
-            value = 0.0 if item.cap is None else math.inf
-            labels = () if item.kind == "number" else (item.labels or TRUTH_LABELS)[:1]
-            declared[name] = replace(item, least=value, most=value, most_per="", labels=labels)
-    is_about = declared != alone.declared
-    return is_about and not can_fail(formula, [alone._replace(declared=declared)])
+    named = [name for name in formula.names if name in missing]
+    declared = dict(like.declared)
+    for name in named:
+        item = declared[name]
+        value = 0.0 if item.cap is None else math.inf
+        labels = () if item.kind == "number" else (item.labels or TRUTH_LABELS)[:1]
+        declared[name] = replace(item, least=value, most=value, most_per="", labels=labels)
+    if not named or can_fail(formula, [like._replace(declared=declared)]):
+        return None
+    return missing[named[0]]
 
 
 _ROUNDING: Final = Fraction(1, 10**12)
