@@ -202,6 +202,12 @@ def require_replaceable(path: Path, name: str = "", *, known: Collection[Pattern
     """
     if is_stream(path):
         return
+    home, *below = path.parts or ("",)
+    if home.startswith("~") and below and not os.path.lexists(home):
+        raise UsageError(
+            f"{name or 'file'} {str(path)!r} begins with a home that no shell put in",
+            remedy="Write $HOME for ~, or the folder.",
+        )
     real = Path(os.path.realpath(path))
     if KEPT_FOLDER in {real.suffix, real.parent.suffix}:
         raise _refused(name, path, "is a place of kept traces")

@@ -142,6 +142,16 @@ def test_what_must_not_be_lost_is_not_replaced(tmp_path: Path, name: str) -> Non
     assert path.read_bytes() == before
 
 
+def test_home_that_no_shell_put_in_makes_no_folder_of_that_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in ("~/r.html", "~me/r.html"):
+        refused(UsageError, write_atomically, b"x", Path(name), says="home that no shell put in")
+    assert not list(tmp_path.iterdir())
+    write_atomically(b"x", Path("~r.html"))
+
+
 def test_evidence_and_what_was_never_written_are_not_replaced(tmp_path: Path) -> None:
     for name, content in (
         ("b.json", '{\n "schema": "adeye/baseline@1"}'),

@@ -126,6 +126,10 @@ def campaign_of_file(repository: Repository, path: str | Path) -> Meant:
     then = repository.content("odd", latest.odd_digest)
     before = repository.content("concept", latest.concept_digest)
     edits = [*_odd_edits(then, record.odd.content), *_concept_edits(before, concept)]
+    if not edits and len(plan.cases) != latest.planned:
+        edits = [
+            f"a map, of which {len(plan.cases):,} test cases are planned for {latest.planned:,}"
+        ]
     return Meant(latest, "; ".join(edits) or "the code of adeye or of a plug-in")
 
 
