@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 DRIVER = "stepwise"
 DEFAULT_BACKEND = "batch"
-NUMERICS_VERSION = 5
+NUMERICS_VERSION = 6
 """Raised whenever the bits of any trace change on purpose."""
 
 

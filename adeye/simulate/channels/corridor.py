@@ -11,7 +11,7 @@ from adeye.kernel.criticality import required_deceleration, time_to_collision
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import inlined
 from adeye.kernel.profiles import MIN_LATERAL_SPEED
-from adeye.kernel.road import lane_way, local
+from adeye.kernel.road import Ground, ground_of, has_strips, lane_way, local
 from adeye.simulate.channels.perception import tracks as columns
 from adeye.simulate.channels.perception.pose import (
     POSE_ALIGN,
@@ -52,6 +52,9 @@ _LEAST_BRAKING: Final = 1.5
 _MOST_BRAKING: Final = 10.0
 """Deceleration of an object ahead that counts as braking, and the most that is believed [m/s²]."""
 
+_CROSSING: Final = 1.0
+"""Velocity across the road from which it tells a heading, beyond what may be error [m/s]. Ours."""
+
 MAX_SPEED_VARIANCE: Final = 36.0
 """Variance of a track's speed above which it does not count yet [m²/s²]: one that has just begun
 would take every vehicle for a standing one. With 6 m/s of error a gap of 20 m seems to require
@@ -84,6 +87,7 @@ def view_path(seen: Seen, run: int, path_d: float, path: Floats) -> None:
     turn = pose[POSE_ALIGN]
     turn_sine, turn_cosine = sin_cos(turn) if turn != ego_heading else (sine, cosine)
     speed = pose[POSE_SPEED] * turn_cosine
+    ground = ground_of(seen.grounds, run)
     for row in range(int(seen.notes[run, NOTE_END])):
         if (
             tracks[row, columns.TRACK_HITS] < confirm_hits
@@ -93,20 +97,21 @@ def view_path(seen: Seen, run: int, path_d: float, path: Floats) -> None:
         track = tracks[row]
         x = ego_x + cosine * track[columns.TRACK_X] - sine * track[columns.TRACK_Y]
         y = ego_y + sine * track[columns.TRACK_X] + cosine * track[columns.TRACK_Y]
-        s, d, heading, _ = local(seen.grounds.segments[run], x, y)
+        s, d, heading, _ = local(ground.segments, x, y)
         if s <= ego_s:
             continue
         apart = lane_way(ego_s, road, ego_d, s, heading)
-        gap = apart - 0.5 * (ego_length + track[columns.TRACK_LENGTH])
         # Zeros are equal although their signs may differ, so they do not count as known.
         if ego_heading - heading != turn or turn == 0.0:
             turn = ego_heading - heading
             turn_sine, turn_cosine = sin_cos(turn)
         forward = turn_cosine * track[columns.TRACK_VX] - turn_sine * track[columns.TRACK_VY]
         sideways = turn_sine * track[columns.TRACK_VX] + turn_cosine * track[columns.TRACK_VY]
-        half = 0.5 * (ego_width + track[columns.TRACK_WIDTH]) + record["lateral_margin"]
+        long, wide = extent_of(track, forward, sideways, ground)
+        gap = apart - 0.5 * (ego_length + long)
+        half = 0.5 * (ego_width + wide) + record["lateral_margin"]
         offset = offset_from_corridor(d, path_d, ego_d)
-        length = ego_length + track[columns.TRACK_LENGTH]
+        length = ego_length + long
         # Towards the corridor, as far as the track is sure of it.
         inward = -sideways if offset > 0.0 else sideways
         inward -= math.sqrt(track[columns.TRACK_VAR_VY])
@@ -123,6 +128,30 @@ def view_path(seen: Seen, run: int, path_d: float, path: Floats) -> None:
         if gap < path[PATH_GAP]:
             path[PATH_GAP] = gap
             path[PATH_SPEED] = ahead
+
+
+@inlined
+def extent_of(
+    track: Floats, forward: float, sideways: float, ground: Ground
+) -> tuple[float, float]:
+    """Return how far a track reaches along the road and across it [m].
+
+    It heads where it goes: what surely goes rather across the road than along, and no slower than
+    ``_CROSSING``, lies across it. Where lanes are not told strip by strip no vehicle does.
+
+    Args:
+        track: (TRACK_STATE,).
+        forward: Its velocity along the road [m/s].
+        sideways: Across [m/s].
+        ground: The road.
+    """
+    length, width = track[columns.TRACK_LENGTH], track[columns.TRACK_WIDTH]
+    sure = abs(sideways) - math.sqrt(track[columns.TRACK_VAR_VY])
+    if not has_strips(ground) or not sure > max(abs(forward), _CROSSING):
+        return length, width
+    speed = math.sqrt(forward * forward + sideways * sideways)
+    along, across = abs(forward) / speed, abs(sideways) / speed
+    return length * along + width * across, length * across + width * along
 
 
 @inlined

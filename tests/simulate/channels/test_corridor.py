@@ -117,6 +117,24 @@ def test_offset_is_from_the_strip_between_path_and_ego() -> None:
         assert subject.offset_from_corridor(d, 5.0, 6.0) == offset
 
 
+def test_vehicle_lies_where_it_goes_across_a_road_of_strips() -> None:
+    track = np.zeros(kept.TRACK_STATE)
+    track[[kept.TRACK_LENGTH, kept.TRACK_WIDTH]] = 4.5, 1.8
+    of_strips = GROUND._replace(slabs=SLABS, strips=STRIPS)
+    for forward, sideways, extent in (
+        (0.0, -5.0, (1.8, 4.5)),
+        (-3.0, 4.0, (0.6 * 4.5 + 0.8 * 1.8, 0.8 * 4.5 + 0.6 * 1.8)),
+        # Who changes lanes, or stands as far as is known, lies along the road.
+        (20.0, 1.5, (4.5, 1.8)),
+        (0.0, 0.9, (4.5, 1.8)),
+    ):
+        found = subject.extent_of(track, forward, sideways, of_strips)
+        assert found == pytest.approx(extent), (forward, sideways)
+        assert subject.extent_of(track, forward, sideways, GROUND) == (4.5, 1.8)
+    track[kept.TRACK_VAR_VY] = 4.5**2
+    assert subject.extent_of(track, 0.0, -5.0, of_strips) == (4.5, 1.8)
+
+
 def test_use_of_the_path_grows_with_inward_speed() -> None:
     uses = [subject.uses_path(4.0, inward, 1.5, 30.0, 9.0, 10.0) for inward in (0.0, 0.2, 1.0, 3.0)]
     assert uses == sorted(uses)

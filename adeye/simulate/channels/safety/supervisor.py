@@ -19,7 +19,7 @@ from adeye.kernel.road import REST_AREA as REST_AREA_KIND
 from adeye.kernel.road import far_edge, ground_of, lane_way, local, right_edge, shoulder_width
 from adeye.kernel.stops import ANYWHERE, ONLY_REST_AREA, ROADSIDE, STOP_LEVELS
 from adeye.signals import DEGRADED, FAULT, OK, REFUGE_KIND, REFUGE_S, Floats, Ints, spec_columns
-from adeye.simulate.channels.corridor import PATH_GAP, PATH_SPEED, offset_from_corridor
+from adeye.simulate.channels.corridor import PATH_GAP, PATH_SPEED, extent_of, offset_from_corridor
 from adeye.simulate.channels.links import linked_channels
 from adeye.simulate.channels.perception import tracks as columns
 from adeye.simulate.channels.perception.pose import (
@@ -273,17 +273,23 @@ def critical_area(batch: Batch, run: int, rule: Floats) -> bool:
     behind = -0.5 * record["length"]
     ahead = 0.5 * record["length"] + pose[POSE_SPEED] * time
     half = 0.5 * width_factor * record["width"]
+    ground = ground_of(batch.seen.grounds, run)
     for row in range(int(batch.seen.notes[run, NOTE_END])):
         track = tracks[row]
         if track[columns.TRACK_HITS] < record["confirm_hits"]:
             continue
         x = pose[POSE_X] + cosine * track[columns.TRACK_X] - sine * track[columns.TRACK_Y]
         y = pose[POSE_Y] + sine * track[columns.TRACK_X] + cosine * track[columns.TRACK_Y]
-        s, d, heading, _ = local(batch.seen.grounds.segments[run], x, y)
+        s, d, heading, _ = local(ground.segments, x, y)
         way = lane_way(pose[POSE_S], road, pose[POSE_D], s, heading)
         aside = abs(offset_from_corridor(d, batch.memory[run, in_lane.MEMORY_PATH], pose[POSE_D]))
-        long, wide = 0.5 * track[columns.TRACK_LENGTH], 0.5 * track[columns.TRACK_WIDTH]
-        is_clear = way - long >= ahead or way + long <= behind or aside - wide >= half
+        turn_sine, turn_cosine = sin_cos(pose[POSE_HEADING] - heading)
+        forward = turn_cosine * track[columns.TRACK_VX] - turn_sine * track[columns.TRACK_VY]
+        sideways = turn_sine * track[columns.TRACK_VX] + turn_cosine * track[columns.TRACK_VY]
+        long, wide = extent_of(track, forward, sideways, ground)
+        is_clear = (
+            way - 0.5 * long >= ahead or way + 0.5 * long <= behind or aside - 0.5 * wide >= half
+        )
         if not is_clear:
             return True
     return math.isnan(ahead + half)

@@ -22,7 +22,7 @@ from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.profiles import at_path, margin_at, predict_body
 from adeye.kernel.road import Ground, ground_of, lane_width, limit_at, local
 from adeye.signals import FIRST_FREE, LAST_FREE
-from adeye.simulate.channels.corridor import MAX_SPEED_VARIANCE
+from adeye.simulate.channels.corridor import MAX_SPEED_VARIANCE, extent_of
 from adeye.simulate.channels.driving import room_to_stand, way_to_change
 from adeye.simulate.channels.perception import tracks as columns
 from adeye.simulate.channels.perception.pose import POSE_HEADING, POSE_S, POSE_X, POSE_Y
@@ -81,13 +81,11 @@ def predict_objects(seen: Seen, run: int, interval: float, room: Others) -> Othe
         if not np.isfinite(s + d + forward + sideways):
             continue
         body = objects[count]
-        body[profiles.OBJECT_LENGTH], body[profiles.OBJECT_WIDTH] = (
-            track[columns.TRACK_LENGTH],
-            track[columns.TRACK_WIDTH],
-        )
+        long, wide = extent_of(track, forward, sideways, ground)
+        body[profiles.OBJECT_LENGTH], body[profiles.OBJECT_WIDTH] = long, wide
         body[profiles.OBJECT_S], body[profiles.OBJECT_D] = s - pose[POSE_S], d
         body[profiles.OBJECT_SPEED] = forward
-        reach = 0.5 * (record["length"] + track[columns.TRACK_LENGTH])
+        reach = 0.5 * (record["length"] + long)
         body[profiles.OBJECT_BEHIND] = 1.0 if body[profiles.OBJECT_S] <= -reach else 0.0
         is_free = FIRST_FREE <= track[columns.TRACK_CLASS] <= LAST_FREE
         is_sure = (
