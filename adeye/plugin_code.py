@@ -264,11 +264,31 @@ def require_executed(name: str, packages: Iterable[str], before: Collection[str]
             which Python trusts by time and size, is of another source.
     """
     for package in packages:
-        now = _wall_time()
+        now = wall_time()
         since = _LOOKED.get(package, _process_start())
         for key, module in _in_memory(package):
             _require_current(name, key, module, None if key not in before else since)
         _LOOKED[package] = now
+
+
+def require_unwritten(name: str, files: Iterable[File], since: float) -> None:
+    """Refuse files that were written while they were executed: what was executed is not there.
+
+    Args:
+        name: The part, as the user wrote it.
+        files: Its code.
+        since: When the first of them was read [s since 1970].
+
+    Raises:
+        SpecError: One was.
+    """
+    for _, path in files:
+        state = path.stat()
+        if max(state.st_mtime, state.st_ctime) > since:
+            raise SpecError(
+                f"{name}: {path} was written while it was being executed",
+                remedy="Run again once it is as it is to stay; code does not write itself.",
+            )
 
 
 def _in_memory(package: str) -> Iterator[tuple[str, ModuleType]]:
@@ -312,7 +332,8 @@ def _is_byte_code_of(module: ModuleType, content: bytes) -> bool:
     return bool(compiled == loader.get_code(spec.name))
 
 
-def _wall_time() -> float:
+def wall_time() -> float:
+    """Return the time [s since 1970]."""
     return time.time()  # noqa: TID251 - to be compared with times of files
 
 
@@ -322,6 +343,6 @@ def _process_start() -> float:
     try:
         fields = Path("/proc/self/stat").read_text().rpartition(")")[2].split()
         started = int(fields[_STARTED]) / os.sysconf("SC_CLK_TCK")
-        return _wall_time() - (time.clock_gettime(time.CLOCK_BOOTTIME) - started)
+        return wall_time() - (time.clock_gettime(time.CLOCK_BOOTTIME) - started)
     except (OSError, ValueError, AttributeError, IndexError):
-        return _wall_time()
+        return wall_time()

@@ -26,6 +26,8 @@ from adeye.plugin_code import (
     own_imports,
     package_files,
     require_executed,
+    require_unwritten,
+    wall_time,
     with_imports,
 )
 from adeye.supervision import guest, is_asked, said
@@ -319,14 +321,19 @@ def plugins_digest(parts: Iterable[Part], files: Iterable[ReadFile] = ()) -> str
 def _from_file(name: str, path: Path, attribute: str, is_nameable: Nameable) -> Part:
     if not path.is_file():
         raise SpecError(f"{name}: there is no file {path}", remedy=_FORM)
-    content, before = path.read_bytes(), frozenset(sys.modules)
+    since, content, before = wall_time(), path.read_bytes(), frozenset(sys.modules)
     files = [(path.name, path)]
     digest = code_digest(with_imports(files), is_file=True)
     known = _CACHE.get((str(path), attribute, digest))
     if known is None:
         module = _execute(name, path, content, digest)
         # By now it may have said where more of its code is found.
-        digest = code_digest(with_imports(files), is_file=True)
+        digest = code_digest(code := with_imports(files), is_file=True)
+        try:
+            require_unwritten(name, code, since)
+        except SpecError:
+            del sys.modules[module.__name__]
+            raise
         known = _remember((str(path), attribute, digest), name, module, is_nameable)
     require_executed(name, own_imports(files), before)
     return known if known.name == name else Part(known.obj, name, digest, known.version)
@@ -359,7 +366,7 @@ def _execute(name: str, path: Path, content: bytes, digest: str) -> ModuleType:
 
 
 def _from_module(name: str, source: str, attribute: str, is_nameable: Nameable) -> Part:
-    before = frozenset(sys.modules)
+    since, before = wall_time(), frozenset(sys.modules)
     try:
         with guest(name):
             module = import_module(source)
@@ -378,7 +385,9 @@ def _from_module(name: str, source: str, attribute: str, is_nameable: Nameable) 
         raise _import_error(name, source, error) from error
     files = _module_files(name, module)
     require_executed(name, (source.partition(".")[0], *own_imports(files)), before)
-    digest = files_digest(with_imports(files))
+    digest = files_digest(code := with_imports(files))
+    if source not in before:
+        require_unwritten(name, code, since)
     known = _CACHE.get((source, attribute, digest))
     return known or _remember((source, attribute, digest), name, module, is_nameable)
 

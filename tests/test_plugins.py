@@ -159,6 +159,22 @@ def test_package_that_somebody_else_loaded_and_left_alone_is_taken() -> None:
     assert load_part("bought.drive:Mine", Path()).obj.gain == 1
 
 
+@pytest.mark.parametrize("name", ["slow.py:Slow", "slow:Slow"])
+def test_code_that_is_written_while_it_is_executed_is_refused(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    monkeypatch.syspath_prepend(str(folder))
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+    path = folder / "slow.py"
+    writes = f"import time, pathlib\ntime.sleep(0.05)\np = pathlib.Path({str(path)!r})\n"
+    path.write_text(f"{writes}p.write_text('class Slow: new = 1')\nclass Slow: new = 0\n", "utf-8")
+    with pytest.raises(SpecError, match="was written while it was being executed"):
+        load_part(name, folder)
+    sys.modules.pop("slow", None)
+    importlib.invalidate_caches()
+    assert load_part(name, folder).obj.new == 1
+
+
 def test_byte_code_of_another_source_is_refused(package: Path) -> None:
     importlib.import_module("bought.drive")
     for name in ("bought.drive", "bought"):

@@ -161,10 +161,11 @@ def obligation_rows(trace: Trace) -> Ints:
 
 
 def missing_events(trace: Trace) -> tuple[tuple[str, ...], ...]:
-    """List for each run the storyboard events that should have begun within the horizon.
+    """List for each run the storyboard events that should have begun before the horizon.
 
-    A run that ended by contact has none: what had no time to begin does not hide the contact. The
-    end of the road has its own reason.
+    What begins at its last row shows in none at which an obligation starts. A run that ended by
+    contact has none: what had no time to begin does not hide the contact. The end of the road has
+    its own reason.
     """
     layout = trace.layout
     events = [layout.context.event_ids.index(name) for name in layout.realised]
@@ -172,7 +173,7 @@ def missing_events(trace: Trace) -> tuple[tuple[str, ...], ...]:
     begun = trace["begun"][np.arange(trace.runs), last][:, events]
     limit = trace.time[np.minimum(trace.horizon_row, last)][:, np.newaxis]
     # NaN compares false: what has never begun has not begun in time.
-    has_begun = (begun <= limit) | (ended_by_contact(trace) | left_road(trace))[:, np.newaxis]
+    has_begun = (begun < limit) | (ended_by_contact(trace) | left_road(trace))[:, np.newaxis]
     missing: list[tuple[str, ...]] = [()] * trace.runs
     for run in np.flatnonzero(~has_begun.all(axis=1)):
         names = zip(layout.realised, has_begun[run], strict=True)

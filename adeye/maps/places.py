@@ -44,6 +44,7 @@ _TYPES: Final = {
     "rural": "rural",
     **dict.fromkeys(("town", "townExpressway", "townCollector", "townArterial"), "urban"),
     **dict.fromkeys(("townPrivate", "townLocal", "townPlayStreet", "lowSpeed"), "urban"),
+    **{name: name for name in ("pedestrian", "bicycle")},
 }
 _USUAL: Final = {"motorway": 130.0 / 3.6, "rural": 100.0 / 3.6, "urban": 50.0 / 3.6}
 """Speed limit where the map has none, by the type of the road [m/s]. A guess, after the usual ones
@@ -115,7 +116,7 @@ class Place:
         lane_width: On average where slabs begin [m].
         shoulder: Least width of the hard shoulder there [m], 0 for none.
         speed_limit: The lowest along the road [m/s].
-        is_guessed: Whether the map lacks some speed limit.
+        is_guessed: Whether the map lacks some speed limit, or the type of the road.
         road_type: ``motorway``, ``rural`` or ``urban``.
         radius: Of the narrowest bend of the line [m], infinite on a straight.
         pieces: Cross-sections that the road leads over.
@@ -223,14 +224,15 @@ def _parts(found: Lanes, section: Section, rows: Sequence[int], sense: int) -> s
 
 def _place(found: Lanes, spot: Spot, asked: Asked, key: str) -> Place | str:
     """Return a place with its road, or why it has none."""
-    section = spot.section
+    section, kind = spot.section, _type_at(found, spot)
     lacks = _lacks(
         (asked.lanes in {None, len(found.own[section])}, "with another number of lanes"),
         (
             asked.two_way in {None, _is_two_way(found, section)},
             "with traffic towards one, or without",
         ),
-        (asked.road_type in {None, _type_at(found, spot)}, "on a road of another type"),
+        (asked.road_type in {None, kind or _UNKNOWN}, "on a road of another type"),
+        (not kind or kind in _USUAL, "on a road that is none for cars"),
     )
     if lacks:
         return lacks
@@ -245,7 +247,7 @@ def _place(found: Lanes, spot: Spot, asked: Asked, key: str) -> Place | str:
     here = math.fsum(piece.length for piece in pieces[:at]) + pieces[at].on_line(spot.at)
     if len(_types_along(found, chain, pieces, here - asked.before, here + asked.after)) > 1:
         return "where the type of the road changes"
-    return _laid(key, _type_at(found, spot), asked, pieces, here)
+    return _laid(key, kind, asked, pieces, here)
 
 
 def _lacks(*asked: tuple[bool, str]) -> str:
@@ -373,22 +375,23 @@ def _is_two_way(found: Lanes, section: Section) -> bool:
 
 
 def _type_at(found: Lanes, spot: Spot) -> str:
+    """Return the type of a road at a place, empty if it says none."""
     kinds = [item for item in found.drive.roads[spot.section.road].types if item.s <= spot.at]
-    return _TYPES.get(kinds[-1].type, _UNKNOWN) if kinds else _UNKNOWN
+    return _TYPES.get(kinds[-1].type, "") if kinds else ""
 
 
 def _types_along(
     found: Lanes, chain: Sequence[Cut], pieces: Sequence[Piece], low: float, high: float
 ) -> set[str]:
-    """Return the types of roads between two places on the line [m], of those that say one."""
+    """Return the types of roads between two places on the line [m]; one that says none is one."""
     kinds, begin = set(), 0.0
     for cut, piece in zip(chain, pieces, strict=True):
         ends = np.clip([low - begin, high - begin], 0.0, piece.length)
         types = found.drive.roads[cut.section.road].types
-        if types and ends[1] > ends[0]:
+        if ends[1] > ends[0]:
             first, last = sorted(np.interp(ends, piece.along, piece.places).tolist())
             kinds.add(_type_at(found, Spot(cut.section, first)))
-            kinds |= {_TYPES.get(item.type, _UNKNOWN) for item in types if first < item.s < last}
+            kinds |= {_TYPES.get(item.type, "") for item in types if first < item.s < last}
         begin += piece.length
     return kinds
 
@@ -398,7 +401,7 @@ def _laid(key: str, kind: str, asked: Asked, pieces: Sequence[Piece], here: floa
 
     Args:
         key: Of the place.
-        kind: Type of its road.
+        kind: Type of its road, empty if the map does not say.
         asked: What it must have.
         pieces: The cross-sections that the road leads over.
         here: Where on their line the place is [m].
@@ -419,7 +422,7 @@ def _laid(key: str, kind: str, asked: Asked, pieces: Sequence[Piece], here: floa
         return "where the way comes near itself"
     own = [[strip for strip in item if strip[across.STRIP_LANE] >= 0.0] for _, item in road.slabs]
     given = [strip[across.STRIP_LIMIT] for lanes in own for strip in lanes]
-    limits = [limit if limit >= 0.0 else _USUAL[kind] for limit in given]
+    limits = [limit if limit >= 0.0 else _USUAL[kind or _UNKNOWN] for limit in given]
     least, most = min(limits), max(limits)
     lacks = _lacks(
         (asked.min_radius is None or radius >= asked.min_radius, "with a narrower bend"),
@@ -442,8 +445,8 @@ def _laid(key: str, kind: str, asked: Asked, pieces: Sequence[Piece], here: floa
         lane_width=width,
         shoulder=shoulder,
         speed_limit=least,
-        is_guessed=min(given) < 0.0,
-        road_type=kind,
+        is_guessed=min(given) < 0.0 or not kind,
+        road_type=kind or _UNKNOWN,
         radius=radius,
         pieces=tuple(pieces),
         window=window,

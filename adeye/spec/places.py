@@ -163,7 +163,8 @@ def look_for_places(
         guessed = sum(place.is_guessed for place in with_reasons.places)
         if guessed:
             told = (
-                f"{path}: {guessed:,} places lack a speed limit; one usual for their kind is taken"
+                f"{path}: {guessed:,} places lack a speed limit or the type of their road; "
+                "the usual one is taken"
             )
             notice(told, topic=told, every_s=math.inf)
         for reason, count in with_reasons.refused.items():

@@ -59,7 +59,17 @@ Identifier = Annotated[str, StringConstraints(pattern=IDENTIFIER, max_length=64)
 Reference = Annotated[str, StringConstraints(pattern=REFERENCE, max_length=64)]
 """An id that people gave, such as ``FSR-01``."""
 
-Text = Annotated[str, StringConstraints(min_length=1, max_length=4000)]
+
+def _require_word(text: str) -> str:
+    """Refuse text that says nothing: blanks, marks and what has no width."""
+    if not any(letter.isalnum() for letter in text):
+        raise ValueError("says nothing")
+    return text
+
+
+Text = Annotated[
+    str, StringConstraints(min_length=1, max_length=4000), AfterValidator(_require_word)
+]
 
 
 class Record(BaseModel):

@@ -138,6 +138,7 @@ def test_broken_references_are_refused() -> None:
         ("waivers", [WAIVER]),
         ("hazardous_events", [event("HE-1"), event("HE-1")]),
         ("requirements.0.asil", "E"),
+        ("requirements.0.text", " \u200b."),
     ):
         refused(ValidationError, Concept.model_validate, changed(content(), path, value))
 

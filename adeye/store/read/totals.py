@@ -18,7 +18,15 @@ from adeye.errors import IntegrityError
 from adeye.judge.preventability import gate_verdict
 from adeye.judge.stl.formula import parse_formula
 from adeye.judge.stl.syntax import silence_of
-from adeye.judge.verdict import ExitCode, Verdict, exercised_of, exit_code, fold_runs, gate_exit
+from adeye.judge.verdict import (
+    WAIVABLE,
+    ExitCode,
+    Verdict,
+    exercised_of,
+    exit_code,
+    fold_runs,
+    gate_exit,
+)
 from adeye.spec.concept import Concept
 from adeye.spec.fault import idle_faults
 from adeye.spec.quantity import SI
@@ -326,6 +334,12 @@ def _never(item: Total) -> list[str]:
     return [f"{part.antecedent} never held" for part in item.never_held]
 
 
+def _beside(item: Total) -> list[str]:
+    """Say what stands beside a PASS: what was never asked for, and runs that are waived."""
+    waived = sum(item.counts.get(verdict, 0) for verdict in WAIVABLE)
+    return [*_never(item), *([f"{_runs(waived)} waived"] if waived else [])]
+
+
 def _repeats(repeated: int, architecture: str) -> str:
     return f"{repeated:,} runs of {architecture} repeat a result, which counts once"
 
@@ -438,9 +452,9 @@ def gate_code(
         if verdict is not Verdict.PASS:
             why = _why(repository, campaign, item)
             reasons.append(f"{text}{note and f' ({note})'}{why}")
-        elif note:
-            aside.append(f"{text}, {note}")
-        if verdict is Verdict.PASS and (said := _never(item)):
+            continue
+        aside += [f"{text}, {note}"] if note else []
+        if said := _beside(item):
             beside.append(f"{item.fsr} for {item.architecture}: {'; '.join(said)}")
         repeated |= Counter({item.architecture: item.repeated})
     planned, accounted, lost = _accounted(repository, campaign)

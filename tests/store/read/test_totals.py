@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from datetime import date
 from functools import partial
 from types import SimpleNamespace
 from typing import Any
@@ -13,6 +14,7 @@ import pytest
 from adeye.judge.evaluate import never_held
 from adeye.judge.stl.batch import HELD, NEEDED, SPARE
 from adeye.judge.verdict import ExitCode, Outcome, Verdict
+from adeye.spec.concept import Waiver
 from adeye.store.read.totals import Total, gate_code, preventable_by, totals, without_unpreventable
 from adeye.store.records import ContentRecord, EventRecord
 from tests.store.conftest import Store
@@ -309,6 +311,15 @@ def test_nested_implication_that_no_run_asked_for(
     if mandatory and named:
         code = ExitCode.OK if verdict is Verdict.PASS else ExitCode.INCOMPLETE
         assert_gate(store, code, "gap >= 9 never held", campaign=campaign)
+
+
+def test_runs_that_are_waived_are_said_beside_the_green(store: Store) -> None:
+    store.example.judge(Verdict.INVALID, 1)
+    store.example.waivers = (
+        Waiver(requirement="FSR1", reason="known", author="me", expires=date(2999, 1, 1)),
+    )
+    campaign = store.campaign(8)
+    assert_gate(store, ExitCode.OK, "FSR1 for new: 1 run waived", campaign=campaign)
 
 
 @pytest.mark.slow
