@@ -170,7 +170,7 @@ def test_campaign_is_found_by_its_number(adeye: Any, mini: Executed) -> None:
 
 def test_unknown_campaign_and_odd_are_input_errors(adeye: Any, mini: Executed) -> None:
     assert adeye("coverage", "77", "--db", str(mini.db)).code == 2
-    assert adeye("coverage", "odd/none.yaml").code == 2
+    assert "there is no such file" in adeye("coverage", "odd/none.yaml").refused
 
 
 # --- ``dependencies``: tables, JSON, and what it refuses; ``plan`` counts the same

@@ -178,6 +178,8 @@ def test_dead_sensor_covers_nothing(hand_made: Make) -> None:
     made.set("sensor_alive", value=False, rows=slice(5, None), at=0)
     assert not grid_map(made.trace(), 0, 1.0)["sensors"].any()
     assert grid_map(made.trace(), 0, 0.3)["sensors"].any()
+    made.set("sensor_alive", value=False, rows=slice(1, None), at=0)
+    assert grid_map(made.trace(), 0, 0.0)["sensors"].any()
 
 
 def test_view_of_a_channel_has_what_it_believed_where_it_looked(hand_made: Make) -> None:

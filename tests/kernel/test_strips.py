@@ -112,3 +112,4 @@ def test_a_lane_is_left_where_it_is_too_narrow_or_where_it_stops() -> None:
 def test_a_lane_that_moves_aside_goes_on_and_what_is_far_is_not_looked_at() -> None:
     assert left(100.0, 1) == left(450.0, 0) == left(-50.0, 1) == (math.inf, 0)
     assert left(100.0, 0, far=150.0) == (math.inf, 0)
+    assert (left(100.0, 2, far=300.0), left(100.0, 2, far=299.0)) == ((300.0, -1), (math.inf, 0))

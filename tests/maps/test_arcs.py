@@ -83,16 +83,17 @@ def test_a_kink_is_rounded_within_the_tolerance() -> None:
     assert_follows(drawn, strip, arcs.lane_arcs(drawn, strip))
 
 
-def test_a_jump_of_the_line_begins_a_new_line() -> None:
+@pytest.mark.parametrize("at", [40.0, 0.5])
+def test_a_jump_of_the_line_begins_a_new_line(at: float) -> None:
     drawn = lanes.laid(
         road(
             [piece("line", 100.0)],
             section(lane(-1, WIDE)),
-            offsets=cubics((0, 0, 0, 0, 0), (40.0, 1.0, 0, 0, 0)),
+            offsets=cubics((0, 0, 0, 0, 0), (at, 1.0, 0, 0, 0)),
         )
     )
     rows = arcs.lane_arcs(drawn, drawn.strips[0][0])
-    assert [(row[1], row[6]) for row in rows] == [(-1.75, 40.0), (-0.75, 60.0)]
+    assert [(row[1], row[6]) for row in rows] == [(-1.75, at), (-0.75, 100.0 - at)]
 
 
 def test_a_step_of_curvature_stays_one() -> None:

@@ -1,6 +1,7 @@
 """Encounters in the plane and crossings: closed forms, times between the rows, and bounds."""
 
 import math
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -80,12 +81,16 @@ def test_approach_in_the_own_lane_is_the_one_dimensional_case(hand_made: Any) ->
     assert measure(made, "min_ttce_s")[0] == pytest.approx(0.2, rel=1e-9)
 
 
-def test_neighbour_that_passes_is_no_collision_but_an_encounter(hand_made: Any) -> None:
-    time = np.arange(21) * 0.1
-    made = hand_made().object("lead", speed=0.0, s=48.0 + 0.0 * time, d=5.25 + 2.5)
-    assert measure(made, "min_ttc_2d_s")[1] == "no_conflict"
-    assert measure(made, "min_dce_m")[:2] == (pytest.approx(0.5, rel=1e-9), "value")
-    assert measure(made, "min_ttce_s")[0] == pytest.approx(0.2, rel=1e-9)
+def test_neighbour_that_passes_is_no_collision_but_an_encounter_up_to_a_metre(
+    hand_made: Any,
+) -> None:
+    for aside, status in ((0.5, "value"), (1.0, "value"), (1.125, "no_conflict")):
+        made = hand_made().object("lead", speed=0.0, s=48.0, d=5.25 + 2.0 + aside)
+        assert measure(made, "min_ttc_2d_s")[1] == "no_conflict"
+        assert measure(made, "min_dce_m")[:2] == (pytest.approx(aside, rel=1e-9), "value")
+        assert measure(made, "min_ttce_s")[1] == status, aside
+        if status == "value":
+            assert measure(made, "min_ttce_s")[0] == pytest.approx(0.2, rel=1e-9)
 
 
 def test_crossing_at_60_mps_is_seen_before_it_is_there(hand_made: Any) -> None:
@@ -182,6 +187,18 @@ def test_both_at_once_is_undefined_with_the_time_of_overlap(hand_made: Any) -> N
     assert measure(made, "min_pet_s")[1] == "undefined"
     assert measure(made, "pet_overlap_s")[:2] == (pytest.approx(0.225, rel=1e-6), "value")
     assert measure(made, "min_predicted_pet_s")[:2] == (0.0, "value")
+
+
+def test_of_two_that_do_the_same_the_first_is_named(hand_made: Any) -> None:
+    two = partial(hand_made, objects=("lead", "other"))
+    for speed, begins, columns in (
+        (2.0, 1.0, (*COLUMNS, "pet_overlap_s", "max_encroachment_time_s", "min_predicted_pet_s")),
+        (5.0, 0.03, ("min_pet_s", "max_encroachment_time_s", "min_predicted_pet_s")),
+    ):
+        made = crossing(two, speed=speed, at=44.0, begins=begins, size=(0.5, 0.5))
+        d = begins + speed * made.time
+        made.object("other", s=44.0, d=d, speed=speed, heading=np.pi / 2.0, size=(0.5, 0.5))
+        assert {column: measure(made, column)[3] for column in columns} == dict.fromkeys(columns, 0)
 
 
 def test_ego_that_never_comes_leaves_it_incomplete(hand_made: Any) -> None:

@@ -177,8 +177,9 @@ def test_attribute_is_the_one_that_was_looked_at() -> None:
     assert METRICS["mean_speed_mps"].column == "mean_speed_mps"
 
 
-def test_direction_of_danger_is_one_of_two() -> None:
-    refused(UsageError, register_metric, type("Up", (Mean,), {"worse": "up"}), says="'up'")
+def test_unit_is_a_known_one_and_direction_of_danger_one_of_two() -> None:
+    for name, value in (("unit", "pint"), ("unit", ""), ("worse", "up")):
+        refused(UsageError, register_metric, type("Odd", (Mean,), {name: value}), says=repr(value))
 
 
 def test_column_belongs_to_one_metric() -> None:
