@@ -382,9 +382,9 @@ def update(
 ) -> int:
     """Update with a sample of a sensor in the origin; return the end of the tracks."""
     new = sample_of(accuracy, detections, stamp, age)
-    return update_tracks(
-        tracks, live_end(tracks), pose, kept.carried_by(pose, age), new, 4.0, CONFIRM
-    )
+    motion = kept.carried_by(pose, age)
+    # A default would be looked up anew at every call.
+    return update_tracks(tracks, live_end(tracks), pose, motion, new, 4.0, CONFIRM, kept.BEHIND)
 
 
 def live_end(tracks: Floats) -> int:
