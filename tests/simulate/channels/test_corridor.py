@@ -147,18 +147,13 @@ def pose(*, d: float = 5.25, speed: float = 20.0, curvature: float = 0.0) -> Flo
     return state
 
 
-@pytest.mark.parametrize(
-    ("channel", "parameters"),
-    [
-        (NominalChannel(), NominalParameters()),
-        (PlannedSafetyChannel(), SafetyParameters()),
-        (TrajectoryChannel(), TrajectoryParameters()),
-    ],
-)
-def test_channels_have_one_type_of_record(channel: Any, parameters: Any) -> None:
-    context = channel_context(parameters, links=(), sensors={})
-    channel.reset(context)
-    assert channel._seen.records.dtype == driving.channel_records(context, {}).dtype
+def test_channels_have_one_type_of_record() -> None:
+    channels: tuple[Any, ...] = (NominalChannel(), PlannedSafetyChannel(), TrajectoryChannel())
+    specs = (NominalParameters(), SafetyParameters(), TrajectoryParameters())
+    contexts = [channel_context(item, links=(), sensors={}) for item in specs]
+    for channel, context in zip(channels, contexts, strict=True):
+        channel.reset(context)
+    assert len({channel._seen.records.dtype for channel in channels}) == 1
 
 
 def test_record_has_no_number_where_a_channel_has_no_parameter() -> None:
