@@ -131,15 +131,28 @@ class _Library(JITCodeLibrary):  # type: ignore[misc]
         manager, builder = self._codegen._module_pass_manager()
         manager.run(self._final_module, builder)
 
+    def finalize(self) -> None:
+        """Link all that is called, once and after its callers: what nobody asks for is left out."""
+        self._linking_libraries = [*_callees_first(self, set())][::-1]
+        super().finalize()
+
 
 class _LinkedLibrary(_Library):
-    """Code that is linked into its callers, and optimised and translated there."""
+    """Code that is linked into a kernel for Python, and optimised and translated there."""
 
-    def _optimize_final_module(self) -> None:
-        pass
-
-    def _finalize_final_module(self) -> None:
+    def finalize(self) -> None:
+        """Leave what is called to be linked there, too."""
         self._finalized = True
+
+
+def _callees_first(library: Any, known: set[Any]) -> Iterator[Any]:
+    for called in library._linking_libraries:
+        if called not in known:
+            known.add(called)
+            # What numba compiled itself holds all that it calls.
+            if isinstance(called, _LinkedLibrary):
+                yield from _callees_first(called, known)
+            yield called
 
 
 class _Compiler(Compiler):  # type: ignore[misc]

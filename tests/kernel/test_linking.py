@@ -90,17 +90,24 @@ def one_more(value: float) -> float:
     return tripled(value) + 1.0
 
 
+@compiled
+def two_more(value: float) -> float:
+    return one_more(value) + 1.0
+
+
 def test_what_only_kernels_call_has_no_machine_code_and_no_door_for_python() -> None:
-    compile_anew(one_more, 2.0)
-    (linked,) = linked_of(tripled)
-    assert not numba_of(tripled).signatures
-    for name in (linked.fndesc.llvm_func_name, linked.fndesc.llvm_cpython_wrapper_name):
-        assert not linked.library.get_pointer_to_function(name)
-    defined = {function.name for function in linked.library.get_defined_functions()}
-    assert defined == {linked.fndesc.llvm_func_name}
+    compile_anew(two_more, 2.0)
+    for kernel in (tripled, one_more):
+        (linked,) = linked_of(kernel)
+        assert not numba_of(kernel).signatures
+        for name in (linked.fndesc.llvm_func_name, linked.fndesc.llvm_cpython_wrapper_name):
+            assert not linked.library.get_pointer_to_function(name)
+        # What it calls is linked once, into the kernel that Python calls.
+        defined = {function.name for function in linked.library.get_defined_functions()}
+        assert defined == {linked.fndesc.llvm_func_name}
     # Python can call it all the same, and its callers keep what they have.
-    assert tripled(3.0) == 9.0
-    assert linked_of(tripled) == [linked]
+    assert one_more(3.0) == 10.0
+    assert linked_of(one_more) == [linked]
 
 
 @compiled

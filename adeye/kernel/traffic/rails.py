@@ -230,7 +230,9 @@ def lay_lanes(
             row[BEGIN] = slabs[slab, st.SLAB_BEGIN]
             row[END] = slabs[slab + 1, st.SLAB_BEGIN] if slab + 1 < slabs.shape[0] else length
             row[CAP] = row[CAP_BACK] = strips[at, st.STRIP_LIMIT] * strips[at, st.STRIP_LIMIT]
-            row[RIGHT : LEFT_SLOPE + 1] = strips[at, st.STRIP_RIGHT : st.STRIP_LEFT_SLOPE + 1]
+            # A copy in one piece compiles for seconds: numba prepares to tell why it does not fit.
+            for edge in range(LEFT_SLOPE + 1 - RIGHT):
+                row[RIGHT + edge] = strips[at, st.STRIP_RIGHT + edge]
             written, at = written + 1, goes_on[at]
         _look_ahead(rows[first:written])
         low = _usable_end(rows, first, written - 1, -1) if slab_of[strip] > 0 else -math.inf

@@ -9,6 +9,7 @@ import numpy as np
 
 from adeye.fields import fields_of
 from adeye.kernel.criticality import required_deceleration
+from adeye.kernel.elementary import tan
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.motion import idm_acceleration, lane_keeping_steering
 from adeye.kernel.road import (
@@ -31,7 +32,7 @@ from adeye.simulate.channels.perception.pose import (
     POSE_SPEED,
 )
 from adeye.simulate.channels.perception.tracks import BEHIND
-from adeye.spec.channels import BESIDE_NUMBERS, NominalParameters, SafetyParameters
+from adeye.spec import channels as specs
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
 
     from adeye.ports import ChannelContext
     from adeye.signals import Floats
+    from adeye.spec.architecture import Vehicle
 
 STANDSTILL: Final = 0.05
 """Speed below which the ego stands [m/s]."""
@@ -83,8 +85,9 @@ _CURVE_PREVIEWS: Final = (0.0, 1.0, 2.0, 4.0)
 
 
 _FIELDS: Final = (
-    *NominalParameters.model_fields,
-    *(name for name in SafetyParameters.model_fields if name not in BESIDE_NUMBERS),
+    *specs.NominalParameters.model_fields,
+    *specs.TrajectoryParameters.model_fields,
+    *(name for name in specs.SafetyParameters.model_fields if name not in specs.BESIDE_NUMBERS),
     "confirm_ticks",
     "heal_ticks",
 )
@@ -92,13 +95,18 @@ _FIELDS: Final = (
 
 def vehicle_fields(context: ChannelContext) -> dict[str, Any]:
     """List what the compiled steps read of vehicle and clock, for the parameter record."""
-    vehicles = context.vehicles
-    names = ("length", "width", "wheelbase", "max_steering_angle")
     return {
-        **spec_columns(vehicles, lambda vehicle: fields_of(vehicle, *names)),
+        **spec_columns(context.vehicles, _limits),
         "desired_speed": context.desired_speed,
         "period": context.period,
     }
+
+
+def _limits(vehicle: Vehicle) -> dict[str, float]:
+    names = ("length", "width", "wheelbase", "max_steering_angle")
+    lags = ("steering_lag", "acceleration_lag")
+    curvature = tan(vehicle.max_steering_angle) / vehicle.wheelbase
+    return fields_of(vehicle, *names, *lags) | {"max_curvature": curvature}
 
 
 def channel_records(context: ChannelContext, fields: dict[str, Any]) -> NDArray[np.void]:

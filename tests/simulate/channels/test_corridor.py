@@ -1,6 +1,7 @@
 """What is in the path of a channel, and how hard it brakes for that."""
 
 from collections import deque
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,8 +10,12 @@ from adeye.kernel.road import position
 from adeye.signals import Floats, parameter_record
 from adeye.simulate.channels import corridor as subject
 from adeye.simulate.channels import driving
+from adeye.simulate.channels.nominal import NominalChannel
 from adeye.simulate.channels.perception import pose as poses
 from adeye.simulate.channels.perception import tracks as kept
+from adeye.simulate.channels.safety import PlannedSafetyChannel
+from adeye.simulate.channels.trajectory.channel import TrajectoryChannel
+from adeye.spec.channels import NominalParameters, SafetyParameters, TrajectoryParameters
 from adeye.testing import channel_context
 from adeye.testing.scenes import straight_road
 from tests.kernel.stop_limits import GROUND
@@ -160,13 +165,18 @@ def pose(*, d: float = 5.25, speed: float = 20.0, curvature: float = 0.0) -> Flo
     return state
 
 
-def test_channels_have_one_type_of_record_and_no_number_where_one_has_no_parameter() -> None:
+def test_channels_have_one_type_of_record() -> None:
+    channels: tuple[Any, ...] = (NominalChannel(), PlannedSafetyChannel(), TrajectoryChannel())
+    specs = (NominalParameters(), SafetyParameters(), TrajectoryParameters())
+    contexts = [channel_context(item, links=(), sensors={}) for item in specs]
+    for channel, context in zip(channels, contexts, strict=True):
+        channel.reset(context)
+    assert len({channel._seen.records.dtype for channel in channels}) == 1
+
+
+def test_record_has_no_number_where_a_channel_has_no_parameter() -> None:
     context = channel_context(None, links=(), sensors={}, desired_speed=30.0)
-    nominal = driving.channel_records(context, FOLLOWING)
     safety = driving.channel_records(context, {"staleness": [0.2], "heal_ticks": [20]})
-    assert nominal.dtype == safety.dtype
-    assert nominal["time_gap"] == FOLLOWING["time_gap"]
-    assert np.isnan(nominal["staleness"]).all()
     assert np.isnan(safety["time_gap"]).all()
     assert safety["staleness"] == 0.2
     assert safety["heal_ticks"] == 20.0

@@ -15,7 +15,7 @@ import numpy as np
 
 from adeye.fields import fields_of
 from adeye.kernel import profiles, stops
-from adeye.kernel.elementary import sin_cos, tan
+from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.road import (
     NO_REFUGE,
@@ -52,7 +52,6 @@ if TYPE_CHECKING:
     from adeye.ports import ChannelContext
     from adeye.signals import Floats
     from adeye.simulate.channels.perception.step import Seen
-    from adeye.spec.architecture import Vehicle
 
 # --- Whether a safe stop cuts up somebody in a lane that it enters or crosses ---------------------
 
@@ -672,19 +671,10 @@ class PlannedSafetyChannel(SafetyChannel):
 
     def _fields(self, context: ChannelContext) -> dict[str, Any]:
         rear = parameter_columns(context, ["rear_sight"])
-        limits = spec_columns(context.vehicles, _limits)
-        return super()._fields(context) | rear | limits | PLANNING
+        return super()._fields(context) | rear | PLANNING
 
     def _step(self, time: float) -> None:
         _act(self._batch, self._plans, time, self._shown)
-
-
-def _limits(vehicle: Vehicle) -> dict[str, float]:
-    return {
-        "max_curvature": tan(vehicle.max_steering_angle) / vehicle.wheelbase,
-        "steering_lag": vehicle.steering_lag,
-        "acceleration_lag": vehicle.acceleration_lag,
-    }
 
 
 @compiled

@@ -18,7 +18,7 @@ import numpy as np
 from adeye.fields import fields_of
 from adeye.kernel import profiles
 from adeye.kernel.boxes import wrap_to_pi
-from adeye.kernel.elementary import atan, sin_cos, tan
+from adeye.kernel.elementary import atan, sin_cos
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.motion import clip, lane_keeping_steering
 from adeye.kernel.road import (
@@ -55,7 +55,6 @@ from adeye.spec.channels import TrajectoryParameters
 if TYPE_CHECKING:
     from adeye.ports import ChannelContext
     from adeye.simulate.channels.perception.step import Seen
-    from adeye.spec.architecture import Vehicle
 
 # --- The fan of candidates: lateral paths along the road, and speed profiles along them -----------
 
@@ -647,9 +646,7 @@ class TrajectoryChannel(PerceivingChannel):
         """Prepare for the runs of a batch."""
         runs = context.runs
         numbers = spec_columns(context.parameters, _numbers)
-        limits = spec_columns(context.vehicles, _limits)
-        records = driving.channel_records(context, numbers | limits)
-        self._prepare(context, records, CANDIDATES)
+        self._prepare(context, driving.channel_records(context, numbers), CANDIDATES)
         self._plans = Plans(
             memory=np.zeros((runs, MEMORY_WIDTH)),
             driven=np.zeros((runs, profiles.PATH_ROW)),
@@ -707,14 +704,6 @@ def _numbers(item: TrajectoryParameters) -> dict[str, float]:
     """List what the compiled step reads of the channel's parameters."""
     numbers = fields_of(item, *TrajectoryParameters.model_fields)
     return numbers | {"behind": max(BEHIND, item.rear_sight)}
-
-
-def _limits(vehicle: Vehicle) -> dict[str, float]:
-    """List what the compiled step reads of the vehicle beside what all channels do."""
-    return {
-        "max_curvature": tan(vehicle.max_steering_angle) / vehicle.wheelbase,
-        "steering_lag": vehicle.steering_lag,
-    }
 
 
 @compiled

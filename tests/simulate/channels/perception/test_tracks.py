@@ -382,9 +382,9 @@ def update(
 ) -> int:
     """Update with a sample of a sensor in the origin; return the end of the tracks."""
     new = sample_of(accuracy, detections, stamp, age)
-    return update_tracks(
-        tracks, live_end(tracks), pose, kept.carried_by(pose, age), new, 4.0, CONFIRM
-    )
+    motion = kept.carried_by(pose, age)
+    # A default would be looked up anew at every call.
+    return update_tracks(tracks, live_end(tracks), pose, motion, new, 4.0, CONFIRM, kept.BEHIND)
 
 
 def live_end(tracks: Floats) -> int:
@@ -507,7 +507,8 @@ def test_detection_that_is_no_number_or_none_at_all_makes_no_track() -> None:
     assert update(tracks, pose, TRUTH, sample((np.nan, 0.0)), 0.0) == 0
     assert (tracks[:, kept.TRACK_HITS] == 0.0).all()
     new = sample_of(TRUTH, sample((30.0, 0.0), (60.0, 0.0)), 0.0, mask=np.array([False, True]))
-    assert update_tracks(tracks, 0, pose, kept.carried_by(pose, 0.0), new, 4.0, CONFIRM) == 1
+    motion = kept.carried_by(pose, 0.0)
+    assert update_tracks(tracks, 0, pose, motion, new, 4.0, CONFIRM, kept.BEHIND) == 1
     assert tracks[0, kept.TRACK_X] == pytest.approx(60.0)
 
 
