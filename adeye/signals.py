@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 from adeye.kernel.relation import TIME_SLACK
 from adeye.kernel.road import PARTS, Ground, Grounds
 from adeye.kernel.strips import (
+    ENDS_WIDTH,
+    LIMITS_WIDTH,
     SLAB_BEGIN,
     SLAB_LANES,
     SLAB_STRIPS,
@@ -23,6 +25,7 @@ from adeye.kernel.strips import (
     STRIP_WIDTH,
     lane_ends,
     lanes_at,
+    look_ahead,
     opposite_ends,
 )
 
@@ -174,6 +177,7 @@ class RoadMap:
     strips: Floats = field(default_factory=lambda: np.zeros((0, 0, STRIP_WIDTH)))
     grades: Floats = field(default_factory=lambda: np.zeros((0, 0, 2)))
     left_hand: bool = False
+    _grounds: list[Grounds] = field(default_factory=list, init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         """Give roads that have none slabs, strips and grades of no number."""
@@ -189,7 +193,7 @@ class RoadMap:
 
     def of(self, runs: Any) -> RoadMap:
         """Keep the roads of some runs, chosen by a slice or by their numbers."""
-        columns = {item.name: getattr(self, item.name) for item in fields(self)}
+        columns = {item.name: getattr(self, item.name) for item in fields(self) if item.init}
         same = {name: columns.pop(name) for name in ("lanes", "left_hand")}
         return RoadMap(**{name: column[runs] for name, column in columns.items()}, **same)
 
@@ -213,15 +217,21 @@ class RoadMap:
         return told | ({"left_hand": True} if self.left_hand else {})
 
     def grounds(self) -> Grounds:
-        """Return the roads as compiled stages ask them, in contiguous arrays that nobody shares."""
-        names = [name for name in Grounds._fields if name != "lanes"]
-        columns = {name: np.array(getattr(self, name), order="C") for name in names}
-        return Grounds(**columns, lanes=self.lanes)
+        """Return the roads as compiled stages ask them: one table for all, to stay in the cache."""
+        if not self._grounds:
+            own = {*Grounds._fields} & {item.name for item in fields(self)} - {"lanes"}
+            columns = {name: np.array(getattr(self, name), order="C") for name in own}
+            ends = np.zeros((*columns["strips"].shape[:2], ENDS_WIDTH))
+            limits = np.zeros((*columns["slabs"].shape[:2], LIMITS_WIDTH))
+            for run in range(len(limits)):
+                look_ahead(columns["slabs"][run], columns["strips"][run], ends[run], limits[run])
+            self._grounds.append(Grounds(**columns, lanes=self.lanes, ends=ends, limits=limits))
+        return self._grounds[0]
 
     def ground(self, run: int) -> Ground:
         """Return the road of one run as compiled code asks it."""
-        names = [name for name in Ground._fields if name != "lanes"]
-        return Ground(**{name: getattr(self, name)[run] for name in names}, lanes=self.lanes)
+        grounds, names = self.grounds(), [name for name in Ground._fields if name != "lanes"]
+        return Ground(**{name: getattr(grounds, name)[run] for name in names}, lanes=self.lanes)
 
     def centers(self, lane: Floats, s: Floats, *, oncoming: bool = False) -> Floats:
         """Return d of the centre of a lane of each run (B,) [m]; NaN where it is not.
