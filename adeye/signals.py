@@ -177,7 +177,6 @@ class RoadMap:
     strips: Floats = field(default_factory=lambda: np.zeros((0, 0, STRIP_WIDTH)))
     grades: Floats = field(default_factory=lambda: np.zeros((0, 0, 2)))
     left_hand: bool = False
-    _grounds: list[Grounds] = field(default_factory=list, init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         """Give roads that have none slabs, strips and grades of no number."""
@@ -193,7 +192,7 @@ class RoadMap:
 
     def of(self, runs: Any) -> RoadMap:
         """Keep the roads of some runs, chosen by a slice or by their numbers."""
-        columns = {item.name: getattr(self, item.name) for item in fields(self) if item.init}
+        columns = {item.name: getattr(self, item.name) for item in fields(self)}
         same = {name: columns.pop(name) for name in ("lanes", "left_hand")}
         return RoadMap(**{name: column[runs] for name, column in columns.items()}, **same)
 
@@ -217,21 +216,20 @@ class RoadMap:
         return told | ({"left_hand": True} if self.left_hand else {})
 
     def grounds(self) -> Grounds:
-        """Return the roads as compiled stages ask them: one table for all, to stay in the cache."""
-        if not self._grounds:
-            own = {*Grounds._fields} & {item.name for item in fields(self)} - {"lanes"}
-            columns = {name: np.array(getattr(self, name), order="C") for name in own}
-            ends = np.zeros((*columns["strips"].shape[:2], ENDS_WIDTH))
-            limits = np.zeros((*columns["slabs"].shape[:2], LIMITS_WIDTH))
-            for run in range(len(limits)):
-                look_ahead(columns["slabs"][run], columns["strips"][run], ends[run], limits[run])
-            self._grounds.append(Grounds(**columns, lanes=self.lanes, ends=ends, limits=limits))
-        return self._grounds[0]
+        """Return the roads as compiled stages ask them, in contiguous arrays that nobody shares."""
+        own = {*Grounds._fields} & {item.name for item in fields(self)} - {"lanes"}
+        columns = {name: np.array(getattr(self, name), order="C") for name in own}
+        ends = np.zeros((*columns["strips"].shape[:2], ENDS_WIDTH))
+        limits = np.zeros((*columns["slabs"].shape[:2], LIMITS_WIDTH))
+        for run in range(len(limits) if limits.size else 0):
+            look_ahead(columns["slabs"][run], columns["strips"][run], ends[run], limits[run])
+        return Grounds(**columns, lanes=self.lanes, ends=ends, limits=limits)
 
     def ground(self, run: int) -> Ground:
         """Return the road of one run as compiled code asks it."""
-        grounds, names = self.grounds(), [name for name in Ground._fields if name != "lanes"]
-        return Ground(**{name: getattr(grounds, name)[run] for name in names}, lanes=self.lanes)
+        grounds = self.of([run]).grounds()
+        names = [name for name in Ground._fields if name != "lanes"]
+        return Ground(**{name: getattr(grounds, name)[0] for name in names}, lanes=self.lanes)
 
     def centers(self, lane: Floats, s: Floats, *, oncoming: bool = False) -> Floats:
         """Return d of the centre of a lane of each run (B,) [m]; NaN where it is not.

@@ -8,7 +8,6 @@ import pytest
 
 from adeye import signals
 from adeye import signals as flow
-from adeye.testing.scenes import straight_road
 
 # --- What flows between the stages: columns are numbered as named, commands copy, records pack ----
 
@@ -162,9 +161,3 @@ def test_columns_of_specs_follow_the_runs_and_shared_specs_are_read_once() -> No
     # Equal ones that are two objects are two rows.
     twins = signals.spec_columns([{"range": 80.0}, {"range": 80.0}], lambda spec: spec)
     assert twins["range"].tolist() == [80.0, 80.0]
-
-
-def test_all_who_ask_a_road_get_one_table_and_chosen_runs_get_their_own() -> None:
-    road = straight_road(3)
-    assert road.grounds() is road.grounds()
-    assert road.of(slice(1)).grounds().segments.shape[0] == 1
