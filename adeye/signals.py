@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 from adeye.kernel.relation import TIME_SLACK
 from adeye.kernel.road import PARTS, Ground, Grounds
 from adeye.kernel.strips import (
+    ENDS_WIDTH,
+    LIMITS_WIDTH,
     SLAB_BEGIN,
     SLAB_LANES,
     SLAB_STRIPS,
@@ -23,6 +25,7 @@ from adeye.kernel.strips import (
     STRIP_WIDTH,
     lane_ends,
     lanes_at,
+    look_ahead,
     opposite_ends,
 )
 
@@ -214,14 +217,19 @@ class RoadMap:
 
     def grounds(self) -> Grounds:
         """Return the roads as compiled stages ask them, in contiguous arrays that nobody shares."""
-        names = [name for name in Grounds._fields if name != "lanes"]
-        columns = {name: np.array(getattr(self, name), order="C") for name in names}
-        return Grounds(**columns, lanes=self.lanes)
+        own = {*Grounds._fields} & {item.name for item in fields(self)} - {"lanes"}
+        columns = {name: np.array(getattr(self, name), order="C") for name in own}
+        ends = np.zeros((*columns["strips"].shape[:2], ENDS_WIDTH))
+        limits = np.zeros((*columns["slabs"].shape[:2], LIMITS_WIDTH))
+        for run in range(len(limits) if limits.size else 0):
+            look_ahead(columns["slabs"][run], columns["strips"][run], ends[run], limits[run])
+        return Grounds(**columns, lanes=self.lanes, ends=ends, limits=limits)
 
     def ground(self, run: int) -> Ground:
         """Return the road of one run as compiled code asks it."""
+        grounds = self.of([run]).grounds()
         names = [name for name in Ground._fields if name != "lanes"]
-        return Ground(**{name: getattr(self, name)[run] for name in names}, lanes=self.lanes)
+        return Ground(**{name: getattr(grounds, name)[0] for name in names}, lanes=self.lanes)
 
     def centers(self, lane: Floats, s: Floats, *, oncoming: bool = False) -> Floats:
         """Return d of the centre of a lane of each run (B,) [m]; NaN where it is not.

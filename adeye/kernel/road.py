@@ -22,6 +22,7 @@ from adeye.kernel import strips
 from adeye.kernel.boxes import wrap_to_pi
 from adeye.kernel.elementary import atan2, sin_cos
 from adeye.kernel.jit import allocating, compiled, inlined
+from adeye.kernel.strips import NO_ENDS, NO_LIMITS
 
 if TYPE_CHECKING:
     Bools = NDArray[np.bool_]
@@ -255,6 +256,8 @@ class Ground(NamedTuple):
         slabs: (S, 4), see ``kernel.strips``; none where all lanes go one way all along. Lanes,
             shoulder and limits are else those of the strips.
         strips: (J, 8).
+        ends: (J, 4), see ``strips.look_ahead``.
+        limits: (S, 2).
     """
 
     segments: Floats
@@ -266,6 +269,8 @@ class Ground(NamedTuple):
     speed_limit: float
     slabs: Floats = strips.NO_SLABS
     strips: Floats = strips.NO_STRIPS
+    ends: Floats = NO_ENDS
+    limits: Floats = NO_LIMITS
 
 
 class Grounds(NamedTuple):
@@ -280,6 +285,8 @@ class Grounds(NamedTuple):
     speed_limit: Floats
     slabs: Floats
     strips: Floats
+    ends: Floats
+    limits: Floats
 
 
 @inlined
@@ -295,6 +302,8 @@ def ground_of(grounds: Grounds, run: int) -> Ground:
         grounds.speed_limit[run],
         grounds.slabs[run],
         grounds.strips[run],
+        grounds.ends[run],
+        grounds.limits[run],
     )
 
 
@@ -405,7 +414,8 @@ def lane_left(ground: Ground, s: float, d: float, far: float) -> tuple[float, in
         See ``strips.lane_left``; infinity and 0 where no lane ends.
     """
     if has_strips(ground):
-        return strips.lane_left(ground.slabs, ground.strips, s, lane_at(ground, s, d), far)
+        lane = lane_at(ground, s, d)
+        return strips.lane_left(ground.slabs, ground.strips, ground.ends, s, lane, far)
     return math.inf, 0
 
 

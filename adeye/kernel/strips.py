@@ -33,6 +33,15 @@ SLAB_WIDTH: Final = 4
 ) = range(8)
 STRIP_WIDTH: Final = 8
 
+# What lies ahead of a strip in its lane: where that ends, where there is no more room to drive [m],
+# how many lanes aside the nearest one is that goes on, and whether it is too narrow until then.
+LANE_END, LANE_ROOM, LANE_ASIDE, LANE_NARROW = range(4)
+ENDS_WIDTH: Final = 4
+# Of a slab: the limit of all its lanes of the ego's way [m/s], NaN if they differ; the next slab
+# with another.
+LIMIT_ALL, LIMIT_NEXT = range(2)
+LIMITS_WIDTH: Final = 2
+
 KINDS: Final = ("driving", "shoulder", "parking", "cycling", "walking", "other")
 """What a strip is for."""
 DRIVING, SHOULDER, PARKING, CYCLING, WALKING, OTHER = range(6)
@@ -48,6 +57,8 @@ LEAST_TO_DRIVE: Final = 2.5
 
 NO_SLABS: Final = np.zeros((0, SLAB_WIDTH))
 NO_STRIPS: Final = np.zeros((0, STRIP_WIDTH))
+NO_ENDS: Final = np.zeros((0, ENDS_WIDTH))
+NO_LIMITS: Final = np.zeros((0, LIMITS_WIDTH))
 """Those of a road without."""
 
 
@@ -147,12 +158,68 @@ def _lane_behind(slabs: Floats, strips: Floats, slab: int, lane: int) -> int:
 
 
 @compiled
-def lane_left(slabs: Floats, strips: Floats, s: float, lane: int, far: float) -> tuple[float, int]:
+def look_ahead(slabs: Floats, strips: Floats, ends: Floats, limits: Floats) -> None:
+    """Write where lanes end and limits change, found once for all who ask at every tick.
+
+    Args:
+        slabs: (S, 4), see the module.
+        strips: (J, 8).
+        ends: (J, ENDS_WIDTH) out, zeros before.
+        limits: (S, LIMITS_WIDTH) out.
+    """
+    for slab in range(slabs.shape[0] - 1, -1, -1):
+        first = int(slabs[slab, SLAB_FIRST])
+        # Slabs beyond the last are filled up.
+        is_last = slab + 1 == slabs.shape[0] or slabs[slab + 1, SLAB_BEGIN] == math.inf
+        lowest, highest = math.inf, -math.inf
+        for row in range(first, first + int(slabs[slab, SLAB_STRIPS])):
+            if strips[row, STRIP_LANE] >= 0.0:
+                lowest = min(lowest, strips[row, STRIP_LIMIT])
+                highest = max(highest, strips[row, STRIP_LIMIT])
+            ends[row, LANE_END] = math.inf
+            if not is_last:
+                _find_end(slabs, strips, slab, row, ends)
+        limits[slab, LIMIT_NEXT] = slab + 1
+        limits[slab, LIMIT_ALL] = lowest if lowest >= highest else math.nan
+        if not is_last and limits[slab + 1, LIMIT_ALL] == lowest >= highest:
+            limits[slab, LIMIT_NEXT] = limits[slab + 1, LIMIT_NEXT]
+
+
+@inlined
+def _find_end(slabs: Floats, strips: Floats, slab: int, row: int, ends: Floats) -> None:
+    """Write where the lane of a row ends, known of those of the next slab."""
+    begin, end = slabs[slab, SLAB_BEGIN], slabs[slab + 1, SLAB_BEGIN]
+    lane = int(strips[row, STRIP_LANE])
+    right, left = _ends(slabs, strips, end, row, slab)
+    room, is_narrow = end, left - right < LEAST_TO_DRIVE
+    if is_narrow:
+        slope = strips[row, STRIP_RIGHT_SLOPE] - strips[row, STRIP_LEFT_SLOPE]
+        room = max(begin, end - (LEAST_TO_DRIVE - (left - right)) / slope) if slope > 0.0 else begin
+    aside, behind = 0, lane_of(slabs, strips, end, 0.5 * (right + left))
+    if behind >= 0:
+        following = ends[_lane_row(slabs, strips, slab + 1, behind)]
+        is_narrow = is_narrow and following[LANE_NARROW] > 0.0
+        room = room if is_narrow else following[LANE_ROOM]
+        end, aside = following[LANE_END], int(following[LANE_ASIDE])
+    else:
+        for other in range(int(slabs[slab, SLAB_LANES])):
+            is_nearer = aside == 0 or abs(other - lane) < abs(aside)
+            if is_nearer and _lane_behind(slabs, strips, slab, other) >= 0:
+                aside = other - lane
+    ends[row, LANE_END], ends[row, LANE_ROOM], ends[row, LANE_ASIDE] = end, room, aside
+    ends[row, LANE_NARROW] = is_narrow
+
+
+@compiled
+def lane_left(
+    slabs: Floats, strips: Floats, ends: Floats, s: float, lane: int, far: float
+) -> tuple[float, int]:
     """Return how much is left of a lane, and which lane beside it goes on where it ends.
 
     Args:
         slabs: (S, 4), see the module.
         strips: (J, 8).
+        ends: (J, ENDS_WIDTH), see ``look_ahead``.
         s: Along the line [m].
         lane: Of the ego's way, one that is there.
         far: How far ahead is looked [m].
@@ -162,28 +229,10 @@ def lane_left(slabs: Floats, strips: Floats, s: float, lane: int, far: float) ->
         ``far``; and how many lanes farther to the left, negative to the right, the nearest one is
         that goes on there, 0 for none.
     """
-    slab = slab_at(slabs, s)
-    # Before the road its first slab goes on backwards; those beyond the last are filled up.
-    narrow = math.inf
-    while slab + 1 < slabs.shape[0] and slabs[slab + 1, SLAB_BEGIN] - s <= far:
-        begin, end = max(s, slabs[slab, SLAB_BEGIN]), slabs[slab + 1, SLAB_BEGIN]
-        row = _lane_row(slabs, strips, slab, lane)
-        right, left = _ends(slabs, strips, end, row, slab)
-        if left - right >= LEAST_TO_DRIVE:
-            narrow = math.inf
-        elif narrow == math.inf:
-            slope = strips[row, STRIP_RIGHT_SLOPE] - strips[row, STRIP_LEFT_SLOPE]
-            wider = LEAST_TO_DRIVE - (left - right)
-            narrow = max(begin, end - wider / slope) if slope > 0.0 else begin
-        behind = _lane_behind(slabs, strips, slab, lane)
-        if behind < 0:
-            aside = 0
-            for other in range(int(slabs[slab, SLAB_LANES])):
-                is_nearer = aside == 0 or abs(other - lane) < abs(aside)
-                if is_nearer and _lane_behind(slabs, strips, slab, other) >= 0:
-                    aside = other - lane
-            return max(0.0, min(end, narrow) - s), aside
-        slab, lane = slab + 1, behind
+    found = ends[_lane_row(slabs, strips, slab_at(slabs, s), lane)]
+    # Before the road its first slab goes on backwards.
+    if found[LANE_END] - s <= far:
+        return max(0.0, found[LANE_ROOM] - s), int(found[LANE_ASIDE])
     return math.inf, 0
 
 

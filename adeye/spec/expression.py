@@ -511,6 +511,9 @@ class Expression:
             ExpressionError: A name is unknown, text meets a number, a result is not finite, or a
                 truth hangs on a number that is not.
         """
+        first = self.steps[0]
+        if len(self.steps) == 1 and first.word == "number" and np.isfinite(first.number):
+            return first.number
         self._require(columns)
         try:
             result, defined = told(self.steps, columns)

@@ -259,7 +259,7 @@ def grounds(*beside: tuple[float, float]) -> road.Grounds:
     shoulder, verge = np.array(beside).T.copy()
     lines, bays = np.tile(GROUND.segments, (runs, 1, 1)), np.tile(TWO, (runs, 1, 1))
     width, limit = np.full(runs, 3.5), np.full(runs, 36.1)
-    across = np.zeros((runs, 0, 4)), np.zeros((runs, 0, 8))
+    across = [np.zeros((runs, 0, width)) for width in (4, 8, 4, 2)]
     return road.Grounds(lines, bays, width, 3, shoulder, verge, limit, *across)
 
 

@@ -99,7 +99,9 @@ def left(s: float, lane: int, far: float = 1e3) -> tuple[float, int]:
         + [[math.inf, 0.0, 0.0, 0.0]]
     )
     rows = [row for _, lanes in ENDING for row in [*lanes, *[[0.0] * 8] * (3 - len(lanes))]]
-    return strips.lane_left(slabs, np.array(rows), s, lane, far)
+    ends, limits = np.zeros((len(rows), strips.ENDS_WIDTH)), np.zeros((len(slabs), 2))
+    strips.look_ahead(slabs, np.array(rows), ends, limits)
+    return strips.lane_left(slabs, np.array(rows), ends, s, lane, far)
 
 
 def test_a_lane_is_left_where_it_is_too_narrow_or_where_it_stops() -> None:
@@ -107,6 +109,19 @@ def test_a_lane_is_left_where_it_is_too_narrow_or_where_it_stops() -> None:
     assert left(100.0, 2) == pytest.approx((300.0, -1))
     assert left(350.0, 1) == pytest.approx((50.0, -1))
     assert left(280.0, 0) == (0.0, 1)
+
+
+def test_limits_are_one_as_long_as_no_lane_has_another() -> None:
+    begins = (0.0, 100.0, 200.0, math.inf)
+    slabs = np.array([[s, 2.0 * (k % 3), 2.0 * (k < 3), 2.0] for k, s in enumerate(begins)])
+    rows = np.array([*own((0, 0.0, 0.0, 3.5, 0.0), (1, 3.5, 0.0, 7.0, 0.0))] * 3)
+    rows[5, strips.STRIP_LIMIT] = 20.0
+    ends, limits = np.zeros((6, strips.ENDS_WIDTH)), np.zeros((4, strips.LIMITS_WIDTH))
+    strips.look_ahead(slabs, rows, ends, limits)
+    assert limits[:3, strips.LIMIT_ALL].tolist() == pytest.approx(
+        [30.0, 30.0, math.nan], nan_ok=True
+    )
+    assert limits[:3, strips.LIMIT_NEXT].tolist() == [2.0, 2.0, 3.0]
 
 
 def test_a_lane_that_moves_aside_goes_on_and_what_is_far_is_not_looked_at() -> None:

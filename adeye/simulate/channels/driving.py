@@ -22,7 +22,7 @@ from adeye.kernel.road import (
     offset_curvature,
     position,
 )
-from adeye.kernel.strips import SLAB_BEGIN, limit_in, slab_at
+from adeye.kernel.strips import LIMIT_ALL, LIMIT_NEXT, SLAB_BEGIN, limit_in, slab_at
 from adeye.signals import parameter_record, spec_columns
 from adeye.simulate.channels.perception.pose import (
     POSE_ALIGN,
@@ -249,11 +249,13 @@ def allowed_ahead(
         way = max(0.0, begin - s)
         if 2.0 * braking * way >= square:
             break
-        limit = limit_in(ground.slabs, ground.strips, slab, max(s, begin), d)
+        limit = ground.limits[slab, LIMIT_ALL]
+        if math.isnan(limit):
+            limit = limit_in(ground.slabs, ground.strips, slab, max(s, begin), d)
         there = limit * limit + 2.0 * braking * way
         if there < square:
             square, falls = there, braking if way > 0.0 else 0.0
-        slab += 1
+        slab = int(ground.limits[slab, LIMIT_NEXT])
     return math.sqrt(square), falls
 
 

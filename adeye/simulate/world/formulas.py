@@ -104,14 +104,20 @@ class Formulas:
         Raises:
             SpecError: A name is unknown, or a value is not finite.
         """
-        column = np.empty(self.runs)
-        for scenario, rows, columns in self.parts:
+        column = np.full(self.runs, default)
+        # At many places scenarios are many, but most of what they say is the same.
+        sorted_out: dict[Expression, list[int]] = {}
+        for number, (scenario, _, _) in enumerate(self.parts):
             expression = pick(scenario)
-            if expression is None:
-                column[rows] = default
-                continue
+            if expression is not None:
+                sorted_out.setdefault(expression, []).append(number)
+        for expression, numbers in sorted_out.items():
+            parts = [self.parts[number] for number in numbers]
+            runs = np.concatenate([rows for _, rows, _ in parts])
+            names = () if expression.is_constant else parts[0][2]
+            columns = {name: np.concatenate([own[name] for _, _, own in parts]) for name in names}
             try:
-                column[rows] = expression.evaluate(columns)
+                column[runs] = expression.evaluate(columns)
             except ExpressionError as error:
                 raise SpecError(f"{what}: {error.message}", remedy=error.remedy) from error
         return column

@@ -15,6 +15,7 @@ with a straight lead-in of ``LEAD_IN``:
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import chain
 from typing import Final
 
 import numpy as np
@@ -227,7 +228,8 @@ def _across(formulas: Formulas, width: Floats, shoulder: Floats, limit: Floats) 
     beside = np.zeros((formulas.runs, many, STRIP_WIDTH))
     across[:, :, SLAB_BEGIN] = np.inf
     for slabs, rows in parts:
-        table = np.array([strip for _, found in slabs for strip in found], dtype=np.float64)
+        flat = chain.from_iterable(strip for _, found in slabs for strip in found)
+        table = np.fromiter(flat, np.float64).reshape(-1, STRIP_WIDTH)
         counts = [len(found) for _, found in slabs]
         first = np.cumsum([0, *counts[:-1]])
         own = np.add.reduceat(table[:, STRIP_LANE] >= 0.0, first, dtype=np.int64)

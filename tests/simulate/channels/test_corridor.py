@@ -1,6 +1,7 @@
 """What is in the path of a channel, and how hard it brakes for that."""
 
 from collections import deque
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -215,7 +216,8 @@ def test_curve_ahead_slows_down_before_it() -> None:
 
 def approach(grade: float) -> list[tuple[float, float]]:
     """Drive at 20 m/s to where the limit falls to 10 m/s at 100 m; return places and speeds."""
-    ground = GROUND._replace(slabs=SLABS, strips=STRIPS)
+    across = {"slabs": SLABS[np.newaxis], "strips": STRIPS[np.newaxis]}
+    ground = replace(straight_road(), **across).ground(0)
     s, speed, passed = 0.0, 20.0, []
     # Sensing, command and brake are late by 0.4 s.
     commands = deque([0.0] * 8)
