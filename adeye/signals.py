@@ -142,7 +142,7 @@ MOST_LANES: Final = 8
 """Lanes that a road may have in one direction."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class RoadMap:
     """The road of each run, as channels know it from the map.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -47,7 +48,11 @@ def relocate(road: RoadMap, runs: Bools, estimate: Floats) -> None:
 
     What is not finite, or beyond ``FARTHEST``, is nowhere: NaN.
     """
-    _relocate(road.grounds(), runs, estimate)
+    _relocate(_grounds_of(road), runs, estimate)
+
+
+# Those of a batch are asked for at every tick.
+_grounds_of = lru_cache(maxsize=2)(RoadMap.grounds)
 
 
 @compiled
