@@ -26,9 +26,10 @@ from rails import cost_of, on_road
 from support.command import drive, ratios, spread
 
 from adeye.kernel.strips import STRIP_LANE
-from adeye.maps.places import Asked
+from adeye.maps.carriageway import Lanes
+from adeye.maps.places import Asked, places_of
 from adeye.simulate import engine
-from adeye.spec.places import PlaceRoad, read_places
+from adeye.spec.places import PlaceRoad, read_map
 from adeye.spec.scenario import Road
 
 if TYPE_CHECKING:
@@ -43,7 +44,8 @@ RUNS, RAIL_RUNS = 100, 512
 
 def roads() -> list[Road]:
     """Return the roads of all places of the map that have enough lanes all along."""
-    found = read_places(MAP, Asked("carriageway", BEFORE_M, AFTER_M)).places
+    lanes = Lanes.of(read_map(MAP)[0])
+    found = places_of(lanes, MAP.stem, Asked("carriageway", BEFORE_M, AFTER_M)).places
     laid = [Road.model_validate(PlaceRoad(place).content) for place in found]
     return [road for road in laid if all(own_lanes(strips) >= LANES for _, strips in road.slabs)]
 

@@ -127,7 +127,7 @@ def _findings(path: Path) -> Iterator[InputError]:
     from adeye.campaign.check import check_defaults, refused_starts
     from adeye.simulate.world.check import check_purpose, check_scenario
     from adeye.spec.load import at_place, load_scenario
-    from adeye.spec.places import find_places
+    from adeye.spec.places import Offer
 
     try:
         loaded = load_scenario(path)
@@ -135,7 +135,7 @@ def _findings(path: Path) -> Iterator[InputError]:
         yield error
         return
     if loaded.spec.world.map:
-        starts = refused_starts(loaded, find_places(loaded.spec, loaded.locate))
+        starts = refused_starts(loaded, Offer(loaded.spec, loaded.locate))
         place = next((place for place, refusal in starts if not refusal), None)
         loaded = at_place(loaded, place) if place else loaded
     spec = loaded.spec
@@ -186,9 +186,9 @@ def _action(event: Event) -> str:
 def _places(loaded: Loaded[LogicalScenario]) -> dict[str, Any]:
     """List the places of a scenario's maps, and count by reason what was looked at beside."""
     from adeye.campaign.check import refused_starts
-    from adeye.spec.places import look_for_places
+    from adeye.spec.places import Offer
 
-    found, lacking = look_for_places(loaded.spec, loaded.locate)
+    offer = Offer(loaded.spec, loaded.locate)
     places = [
         {
             "key": key,
@@ -199,9 +199,9 @@ def _places(loaded: Loaded[LogicalScenario]) -> dict[str, Any]:
             "radius_m": key.place.radius if key.place.radius < math.inf else None,
             "refused": refusal or None,
         }
-        for key, refusal in refused_starts(loaded, found)
+        for key, refusal in refused_starts(loaded, offer)
     ]
-    return {"places": places, "lacking": lacking}
+    return {"places": places, "lacking": offer.lacking}
 
 
 def _print_places(loaded: Loaded[LogicalScenario]) -> None:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Final, Literal, NamedTuple
 
 import numpy as np
@@ -154,30 +154,58 @@ class Places(NamedTuple):
     refused: Mapping[str, int]
 
 
-def places_of(found: Lanes, name: str, asked: Asked) -> Places:
-    """Find the places of a map that have what is asked.
+@dataclass(frozen=True, eq=False, slots=True)
+class Candidates:
+    """Where a map has an anchor, each looked at when somebody asks whether it has the rest, too.
+
+    Attributes:
+        keys: In the order of the roads' ids as texts, those along before those against their s, and
+            of the places.
+    """
+
+    keys: tuple[str, ...]
+    _spots: Sequence[tuple[Spot, Lanes, bool]]
+    _asked: Asked
+    _known: dict[int, Place | str] = field(default_factory=dict)
+
+    def look(self, number: int) -> Place | str:
+        """Return the place at a key, or why it is none."""
+        if number not in self._known:
+            spot, lanes, left_hand = self._spots[number]
+            place = _place(lanes, spot, self._asked, self.keys[number])
+            is_place = isinstance(place, Place)
+            self._known[number] = replace(place, left_hand=left_hand) if is_place else place
+        return self._known[number]
+
+
+def candidates_of(found: Lanes, name: str, asked: Asked) -> Candidates:
+    """Find where a map has the anchor that is asked for.
 
     Args:
         found: Lanes of a map.
         name: Of the map, for the keys of its places.
         asked: What a place must have.
-
-    Returns:
-        In the order of the roads' ids as texts, those along before those against their s, and of
-        the places.
     """
-    places: list[Place] = []
-    refused: Counter[str] = Counter()
     both = (found, *found.mirrors)
-    spots = [(spot, lanes) for lanes in both for spot in set(_spots(lanes, asked.anchor))]
-    for spot, lanes in sorted(spots, key=lambda item: _order(item[0])):
-        key = f"{name}:{spot.section.road}{'+' if spot.section.way > 0 else '-'}{spot.at:.0f}"
-        place = _place(lanes, spot, asked, key)
-        if isinstance(place, Place):
-            places.append(replace(place, left_hand=lanes is not found))
-        else:
-            refused[place] += 1
-    return Places(tuple(places), refused)
+    spots = [
+        (spot, lanes, lanes is not found)
+        for lanes in both
+        for spot in set(_spots(lanes, asked.anchor))
+    ]
+    spots.sort(key=lambda item: _order(item[0]))
+    keys = (
+        f"{name}:{spot.section.road}{'+' if spot.section.way > 0 else '-'}{spot.at:.0f}"
+        for spot, _, _ in spots
+    )
+    return Candidates(tuple(keys), spots, asked)
+
+
+def places_of(found: Lanes, name: str, asked: Asked) -> Places:
+    """Find all places of a map that have what is asked; arguments and order as above."""
+    candidates = candidates_of(found, name, asked)
+    looked = [candidates.look(number) for number in range(len(candidates.keys))]
+    refused = Counter(item for item in looked if isinstance(item, str))
+    return Places(tuple(item for item in looked if isinstance(item, Place)), refused)
 
 
 def _order(spot: Spot) -> tuple[str, int, float]:

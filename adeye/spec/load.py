@@ -17,7 +17,7 @@ from adeye.spec.concept import Concept, asil_problems
 from adeye.spec.document import Document, Loc, has_part, load_document, validate
 from adeye.spec.grid import GridSettings
 from adeye.spec.odd import Odd
-from adeye.spec.places import SOME_ROAD, PlaceRoad, find_places, is_on_map, map_files, map_notes
+from adeye.spec.places import SOME_ROAD, PlaceRoad, first_place, is_on_map, map_files, map_notes
 from adeye.spec.plausible import FileRecord, implausible
 from adeye.spec.quantity import Record
 from adeye.spec.scenario import LogicalScenario
@@ -207,7 +207,7 @@ def load_scenario(path: str | Path) -> Loaded[LogicalScenario]:
             where=loaded.locate(("world", "map")),
             remedy="Keep one of them.",
         )
-    return at_place(loaded, find_places(loaded.spec, loaded.locate)[0])
+    return at_place(loaded, first_place(loaded.spec, loaded.locate))
 
 
 def at_place(loaded: Loaded[LogicalScenario], place: PlaceRoad) -> Loaded[LogicalScenario]:

@@ -9,9 +9,10 @@ import gc
 import hashlib
 import math
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import lru_cache
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final, Self
 
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
     from adeye.maps.carriageway import Lanes
     from adeye.maps.losses import Losses
     from adeye.maps.opendrive import OpenDrive
-    from adeye.maps.places import Asked, Place, Places
+    from adeye.maps.places import Asked, Candidates, Place
 
 PLACE: Final = "place"
 """Name of the axis that takes places."""
@@ -115,68 +116,78 @@ def _maps(scenario: LogicalScenario, locate: Callable[[Loc], SourceLocation]) ->
     return [folder / name for name in named]
 
 
-def find_places(
-    scenario: LogicalScenario, locate: Callable[[Loc], SourceLocation]
-) -> tuple[PlaceRoad, ...]:
-    """Find the places of the maps that have what a scenario asks for.
+class Offer:
+    """The places of a scenario's maps, in the order of the maps, and in each of roads and places.
+
+    Each is looked at when it is asked for: a large map has many of which few are taken.
 
     Args:
         scenario: One on a map.
         locate: Finds where a part of it was written.
 
-    Returns:
-        In the order of the maps, and in each of roads and places; never empty.
+    Attributes:
+        lacking: How many of those that were looked at are no places, by reason.
 
     Raises:
-        SpecError: A map cannot be read, or no place has it.
+        SpecError: A map cannot be read, two have one name, or no place is asked for.
     """
-    found, reasons = look_for_places(scenario, locate)
-    if not found:
-        looked = ", ".join(f"{count:,} {reason}" for reason, count in sorted(reasons.items()))
-        raise SpecError(
-            f"world.place: no place of the map has what is asked: {looked or 'it has none'}",
-            where=locate(("world", "place")),
-            remedy="Ask for less, or take another map; adeye map show tells what one has.",
-        )
-    return found
 
+    def __init__(self, scenario: LogicalScenario, locate: Callable[[Loc], SourceLocation]) -> None:
+        from adeye.maps.places import Asked
 
-def look_for_places(
-    scenario: LogicalScenario, locate: Callable[[Loc], SourceLocation]
-) -> tuple[tuple[PlaceRoad, ...], Mapping[str, int]]:
-    """Find what ``find_places`` finds, be it nothing, and count what lacks it by reason."""
-    from adeye.maps.places import Asked
-
-    query = scenario.world.place
-    if query is None:
-        raise SpecError(
-            "world.map: no place of the map is asked for",
-            where=locate(("world", "map")),
-            remedy="Write world.place with an anchor and how far the road goes behind it.",
-        )
-    asked = Asked(**query.model_dump())
-    found: list[PlaceRoad] = []
-    reasons: dict[str, int] = {}
-    for path in _maps(scenario, locate):
-        with_reasons = read_places(path, asked)
-        found += map(PlaceRoad, with_reasons.places)
-        guessed = sum(place.is_guessed for place in with_reasons.places)
-        if guessed:
-            told = (
-                f"{path}: {guessed:,} places lack a speed limit or the type of their road; "
-                "the usual one is taken"
+        query = scenario.world.place
+        if query is None:
+            raise SpecError(
+                "world.map: no place of the map is asked for",
+                where=locate(("world", "map")),
+                remedy="Write world.place with an anchor and how far the road goes behind it.",
             )
-            notice(told, topic=told, every_s=math.inf)
-        for reason, count in with_reasons.refused.items():
-            reasons[reason] = reasons.get(reason, 0) + count
-    twice = [key for key, count in Counter(map(str, found)).items() if count > 1]
-    if twice:
-        raise SpecError(
-            f"world.map: place {shown(twice[0])} is there twice",
-            where=locate(("world", "map")),
-            remedy="Name the files of maps differently.",
+        asked, files = Asked(**query.model_dump()), _maps(scenario, locate)
+        if len({path.stem for path in files}) < len(files):
+            raise SpecError(
+                "world.map: two maps have one name, so their places would have one key",
+                where=locate(("world", "map")),
+                remedy="Name their files differently.",
+            )
+        maps = [_candidates(path, asked) for path in files]
+        self._spots = [
+            (key, candidates, number)
+            for candidates in maps
+            for number, key in enumerate(candidates.keys)
+        ]
+        self.lacking = Counter[str]()
+
+    def __iter__(self) -> Iterator[PlaceRoad]:
+        """Look at one after the other."""
+        self.lacking.clear()
+        yield from self._look(range(len(self._spots)))
+
+    def _look(self, order: Iterable[int]) -> Iterator[PlaceRoad]:
+        for index in order:
+            _, candidates, number = self._spots[index]
+            with _kept():
+                found = candidates.look(number)
+            if isinstance(found, str):
+                self.lacking[found] += 1
+            else:
+                yield PlaceRoad(found)
+
+    def named(self, key: str) -> list[PlaceRoad]:
+        """List the places that have a key: one, or none."""
+        return list(self._look(i for i, item in enumerate(self._spots) if item[0] == key))
+
+    def drawn(self, count: int, seed: int) -> list[PlaceRoad]:
+        """Draw some, or all if they are fewer: the same ones whatever others there are."""
+        order = sorted(
+            range(len(self._spots)), key=lambda index: digest([seed, self._spots[index][0]])
         )
-    return tuple(found), reasons
+        taken = {str(place): place for place in islice(self._look(order), count)}
+        return [taken[key] for key, *_ in self._spots if key in taken]
+
+    def lack(self) -> str:
+        """Say what all lack that were looked at."""
+        looked = [f"{count:,} {reason}" for reason, count in sorted(self.lacking.items())]
+        return ", ".join(looked) or "it has none"
 
 
 def _road(place: Place) -> dict[str, Any]:
@@ -203,13 +214,27 @@ def _road(place: Place) -> dict[str, Any]:
     return road
 
 
-def choose_places(
-    places: Sequence[PlaceRoad], choice: str | Sequence[object]
-) -> tuple[PlaceRoad, ...]:
+def first_place(scenario: LogicalScenario, locate: Callable[[Loc], SourceLocation]) -> PlaceRoad:
+    """Return the first place of a scenario on a map; arguments and errors as of ``Offer``.
+
+    Raises:
+        SpecError: There is none.
+    """
+    offer = Offer(scenario, locate)
+    for place in offer:
+        return place
+    raise SpecError(
+        f"world.place: no place of the map has what is asked: {offer.lack()}",
+        where=locate(("world", "place")),
+        remedy="Ask for less, or take another map; adeye map show tells what one has.",
+    )
+
+
+def choose_places(offer: Offer, choice: str | Sequence[object]) -> tuple[PlaceRoad, ...]:
     """Choose among the places of a scenario.
 
     Args:
-        places: All that it has.
+        offer: Those that it has.
         choice: ``all``, ``first N``, ``sample N seed K``, or keys.
 
     Returns:
@@ -217,31 +242,36 @@ def choose_places(
         there are, but for those that take the place of others in it.
 
     Raises:
-        SpecError: There are fewer, or there is none of such a key.
+        SpecError: There are fewer, there is none of such a key, or several.
     """
-    if not isinstance(choice, str):
-        known = {str(place): place for place in places}
+    if isinstance(choice, str):
+        what, *numbers = choice.split()
+        if what == "sample":
+            chosen = offer.drawn(int(numbers[0]), int(numbers[2]))
+        else:
+            chosen = list(islice(offer, int(numbers[0]) if numbers else None))
+        if numbers and len(chosen) < int(numbers[0]):
+            raise SpecError(
+                f"{choice}: the scenario has {len(chosen):,} places",
+                remedy="Take fewer, or ask the map for less.",
+            )
+    else:
+        chosen = [place for key in choice for place in offer.named(str(key))]
         for key in choice:
-            if key not in known:
+            if key not in chosen:
+                known = list(offer)
                 raise SpecError(
-                    f"there is no place {shown(key)} among the {len(places):,} of the scenario",
+                    f"there is no place {shown(key)} among the {len(known):,} of the scenario",
                     remedy=suggest(str(key), known),
                 )
-        return tuple(known[str(key)] for key in choice)
-    what, *numbers = choice.split()
-    if what == "all":
-        return tuple(places)
-    count = int(numbers[0])
-    if count > len(places):
-        raise SpecError(
-            f"{choice}: the scenario has {len(places):,} places",
-            remedy="Take fewer, or ask the map for less.",
+    guessed = Counter(str(place).partition(":")[0] for place in chosen if place.place.is_guessed)
+    for name, count in guessed.items():
+        told = (
+            f"{name}: {count:,} places lack a speed limit or the type of their road; "
+            "the usual one is taken"
         )
-    if what == "first":
-        return tuple(places[:count])
-    drawn = sorted(places, key=lambda place: digest([int(numbers[2]), str(place)]))[:count]
-    taken = set(map(str, drawn))
-    return tuple(place for place in places if str(place) in taken)
+        notice(told, topic=told, every_s=math.inf)
+    return tuple(chosen)
 
 
 # --- Maps, and what people say of one where its file leaves it to a guess: ``rules.yaml`` --------
@@ -294,14 +324,14 @@ def read_map(path: Path, *, strict: bool = False) -> tuple[OpenDrive, Losses]:
     return drive, losses
 
 
-def read_places(path: Path, asked: Asked) -> Places:
-    """Find the places of a map that have what is asked, once for each state of its files.
+def _candidates(path: Path, asked: Asked) -> Candidates:
+    """Find where a map has an anchor, once for each state of its files.
 
     Raises:
         SpecError: The map or its rules cannot be read.
     """
     with _kept():
-        return _found(path, _state(path), asked)
+        return _candidates_in(path, _state(path), asked)
 
 
 def _state(path: Path) -> tuple[str, str]:
@@ -329,10 +359,10 @@ def _kept() -> Iterator[None]:
 
 
 @lru_cache(maxsize=64)
-def _found(path: Path, state: object, asked: Asked) -> Places:
-    from adeye.maps.places import places_of
+def _candidates_in(path: Path, state: object, asked: Asked) -> Candidates:
+    from adeye.maps.places import candidates_of
 
-    return places_of(_lanes(path, state)[0], path.stem, asked)
+    return candidates_of(_lanes(path, state)[0], path.stem, asked)
 
 
 @lru_cache(maxsize=4)

@@ -27,7 +27,7 @@ from adeye.spec.document import validate
 from adeye.spec.expression import parse
 from adeye.spec.odd import Axis as AxisSpec
 from adeye.spec.odd import Distribution, Level, Steps
-from adeye.spec.places import PLACE, ROAD, PlaceRoad, choose_places, find_places
+from adeye.spec.places import PLACE, ROAD, Offer, PlaceRoad, choose_places
 from adeye.spec.quantity import Record
 from adeye.sweep.distributions import Law, law_of, levels_of, of_axis, require_within
 from adeye.units import Dimension, format_quantity, shown
@@ -190,9 +190,9 @@ class AxisReader:
                 where=where,
                 remedy="Write all, first N, sample N seed K, or a list of keys.",
             )
-        places = find_places(self.scenario.spec, self.scenario.locate)
+        offer = Offer(self.scenario.spec, self.scenario.locate)
         with placed(where, f"{PLACE}: ", raised=SweepError):
-            chosen = choose_places(places, spec)
+            chosen = choose_places(offer, spec)
             if not chosen:
                 raise SpecError("no place is chosen", remedy="Name one, or write all.")
             _require_distinct(chosen, chosen)

@@ -216,7 +216,7 @@ def test_curve_ahead_slows_down_before_it() -> None:
 
 def approach(grade: float) -> list[tuple[float, float]]:
     """Drive at 20 m/s to where the limit falls to 10 m/s at 100 m; return places and speeds."""
-    across = {"slabs": SLABS[np.newaxis], "strips": STRIPS[np.newaxis]}
+    across: Any = {"slabs": SLABS[np.newaxis], "strips": STRIPS[np.newaxis]}
     ground = replace(straight_road(), **across).ground(0)
     s, speed, passed = 0.0, 20.0, []
     # Sensing, command and brake are late by 0.4 s.

@@ -15,14 +15,15 @@ from adeye.kernel.road import MANY
 from adeye.maps import lanes as lanes_of
 from adeye.maps.opendrive import Geometry, OpenDrive, RoadType
 from adeye.maps.opendrive_writer import write_opendrive
-from adeye.maps.places import Asked
+from adeye.maps.places import Candidates
 from adeye.simulate.world.formulas import Formulas
 from adeye.simulate.world.roads import build_roads
 from adeye.spec.load import load_scenario
-from adeye.spec.places import find_places, read_places
+from adeye.spec.places import Offer, choose_places, first_place
 from adeye.sweep.case import batches
 from tests.drawn_roads import lane, network, piece, road, section
 from tests.project import ROOT, Project, odd_of, run_cases, use
+from tests.refusals import refused
 
 WIDE = (0.0, 3.5, 0.0, 0.0, 0.0)
 HARD = (0.0, 3.0, 0.0, 0.0, 0.0)
@@ -178,7 +179,7 @@ def test_a_place_where_the_scenario_cannot_start_is_refused_and_told(tmp_path: P
     # Two lanes all along and one that ends, all without a limit.
     assert plan.files.map_notes()["drawn.xodr"]["guessed"] == 5
     loaded = load_scenario(project.folder / "scenarios_db/motorway/lead_braking.yaml")
-    starts = dict(refused_starts(loaded, find_places(loaded.spec, loaded.locate)))
+    starts = dict(refused_starts(loaded, Offer(loaded.spec, loaded.locate)))
     assert [place for place, why in starts.items() if why] == GONE.split(": ")[0].split(", ")
 
 
@@ -201,7 +202,7 @@ def test_a_place_that_was_named_or_is_the_last_one_is_not_passed_over(
     [
         (
             {"map": {"file": ["drawn.xodr", "other/drawn.xodr"]}},
-            "place 'drawn:1\\+0' is there twice",
+            "two maps have one name",
         ),
         ({"road": True}, "a road and a map are both given"),
         ({"road": True, "map": None}, "no map is named"),
@@ -225,14 +226,52 @@ def test_maps_and_roads_that_contradict_each_other_are_refused(
         load_scenario(path)
 
 
+def on_map(folder: Path, drawn: str = "drawn.xodr", **query: Any) -> Path:
+    """Write the shipped braking of a lead at places of a map beside it."""
+    content = yaml.safe_load((ROOT / "scenarios_db/motorway/lead_braking.yaml").read_text("utf-8"))
+    content["world"] = {"map": {"file": drawn}, "place": {"anchor": "carriageway", **query}}
+    path = folder / "lead_braking.yaml"
+    path.write_text(yaml.safe_dump(content), "utf-8")
+    return path
+
+
 def test_a_map_is_known_by_what_it_holds(tmp_path: Path) -> None:
-    path, radii, states = tmp_path / "bent.xodr", [], set()
+    path, radii, states = tmp_path / "drawn.xodr", [], set()
+    asked = on_map(tmp_path, after="500 m")
     for curvature in (0.001, 0.002):
         bent = road([piece("arc", 900.0, curvature)], section(lane(0), lane(-1, WIDE)))
         path.write_bytes(write_opendrive(network(bent)))
         os.utime(path, (1e9, 1e9))
         states.add((path.stat().st_size, path.stat().st_mtime_ns))
-        found = read_places(path, Asked("carriageway", 0.0, 500.0)).places
-        radii.append(found[0].radius)
+        loaded = load_scenario(asked)
+        radii.append(first_place(loaded.spec, loaded.locate).place.radius)
     assert len(states) == 1
     assert radii == pytest.approx([1000.0, 500.0], abs=5.0)
+
+
+def test_places_are_looked_at_as_they_are_taken(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "drawn.xodr").write_bytes(write_opendrive(motorway()))
+    loaded = load_scenario(on_map(tmp_path, after="2 km", lanes=3))
+    looked: list[int] = []
+    look = Candidates.look
+
+    def noted(self: Candidates, number: int) -> Any:
+        looked.append(number)
+        return look(self, number)
+
+    monkeypatch.setattr(Candidates, "look", noted)
+    every = list(Offer(loaded.spec, loaded.locate))
+    assert len(every) == 41 < len(looked)
+    choices: list[Any] = ["first 3", "sample 5 seed 2", "sample 41 seed 2", [every[7], every[2]]]
+    for choice in choices:
+        looked.clear()
+        taken = choose_places(Offer(loaded.spec, loaded.locate), choice)
+        assert len(looked) < 40 or len(taken) == 41
+        if isinstance(choice, str) and choice.startswith("sample"):
+            assert list(taken) == [place for place in every if place in taken]
+        else:
+            assert list(taken) == (every[:3] if choice == "first 3" else choice)
+    for choice, told in ("sample 42 seed 2", "has 41 places"), (["drawn:1+1"], "among the 41 of"):
+        refused(InputError, choose_places, Offer(loaded.spec, loaded.locate), choice, says=told)
