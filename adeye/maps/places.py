@@ -411,12 +411,16 @@ def _type_at(found: Lanes, spot: Spot) -> str:
 def _types_along(
     found: Lanes, chain: Sequence[Cut], pieces: Sequence[Piece], low: float, high: float
 ) -> set[str]:
-    """Return the types of roads between two places on the line [m]; one that says none is one."""
+    """Return the types of roads between two places on the line [m].
+
+    One that says none is one, too, but for the roads within a junction, which seldom say any.
+    """
     kinds, begin = set(), 0.0
     for cut, piece in zip(chain, pieces, strict=True):
         ends = np.clip([low - begin, high - begin], 0.0, piece.length)
-        types = found.drive.roads[cut.section.road].types
-        if ends[1] > ends[0]:
+        road = found.drive.roads[cut.section.road]
+        types = road.types
+        if ends[1] > ends[0] and (types or not road.junction):
             first, last = sorted(np.interp(ends, piece.along, piece.places).tolist())
             kinds.add(_type_at(found, Spot(cut.section, first)))
             kinds |= {_TYPES.get(item.type, "") for item in types if first < item.s < last}

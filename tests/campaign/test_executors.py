@@ -187,10 +187,11 @@ def test_worker_that_cannot_be_started_says_what_to_do(monkeypatch: pytest.Monke
 def test_batch_beyond_its_deadline_is_lost(tmp_path: Path) -> None:
     place = tmp_path / "pid"
     started = time.monotonic()
-    ended = list(Processes(perform, 1, deadline_s=3.0).run(iter([f"hang:{place}", "echo:after"])))
-    assert 3.0 <= time.monotonic() - started < 20.0
+    # A loaded machine takes seconds to begin the worker that follows.
+    ended = list(Processes(perform, 1, deadline_s=8.0).run(iter([f"hang:{place}", "echo:after"])))
+    assert 8.0 <= time.monotonic() - started < 60.0
     assert [(done.result, done.lost) for done in ended] == [
-        (None, "its worker was killed at its deadline, after 3 s"),
+        (None, "its worker was killed at its deadline, after 8 s"),
         ("after", ""),
     ]
     assert not is_running(int(place.read_text("utf-8")))

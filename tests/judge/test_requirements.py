@@ -423,7 +423,7 @@ def test_a_conflict_beyond_the_cap_is_none(name: str, *, is_lower: bool) -> None
     assert np.abs(margins[3:]) == pytest.approx([0.5 * cap, 3.0 * cap])
 
 
-RECORDED = "8e8c34b1d72e91342420a958196f7823addcec6b9c548edc1c65cc740df43476"
+RECORDED = "19bb8ab4b5ba8784ae5f6d6e8db080c0f589ecf8f4968a57dccc878bee188a42"
 
 
 @pytest.mark.parametrize("is_lower", [True, False])
