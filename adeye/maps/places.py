@@ -172,9 +172,10 @@ class Candidates:
         """Return the place at a key, or why it is none."""
         if number not in self._known:
             spot, lanes, left_hand = self._spots[number]
-            place = _place(lanes, spot, self._asked, self.keys[number])
-            is_place = isinstance(place, Place)
-            self._known[number] = replace(place, left_hand=left_hand) if is_place else place
+            found = _place(lanes, spot, self._asked, self.keys[number])
+            self._known[number] = (
+                replace(found, left_hand=left_hand) if isinstance(found, Place) else found
+            )
         return self._known[number]
 
 
