@@ -1,8 +1,9 @@
 """What does a run cost on an imported road beside one on a straight parametric road?
 
-*Rails* is a vehicle step of reactive traffic beside one of the ``fast`` drivers on a straight road,
-counted as ``rails.py`` does: once with all runs at one place, once with a place for each, whose
-lines and lanes do not stay in the cache. *Simulation* is a step of a run of the whole closed loop,
+*Rails* is a vehicle step of reactive traffic beside one on a straight road, there in the arithmetic
+that is taken unless somebody says otherwise (``reference``) and in the ``fast`` one, counted as
+``rails.py`` does: once with all runs at one place, once with a place for each, whose lines and
+lanes do not stay in the cache. *Simulation* is a step of a run of the whole closed loop,
 what prepares it included: an ego behind a lead that brakes, every run at its own place. All places
 are of the shipped map of a motorway with ramps; how many lanes a map has beside is nothing to a
 run, for the road of a place is content. CPU time of one thread, rounds interleaved, as many runs
@@ -75,14 +76,13 @@ def measure(rounds: int, smoke: bool) -> list[dict[str, Any]]:  # noqa: FBT001 -
         for vehicles in (5,) if smoke else (5, 20):
             size = Size(vehicles, 8 if smoke else RAIL_RUNS, seconds, 1)
             case = reactive_case(size)
-            other = cost_of([case] * size.runs, size, "fast")
             each = [on_road(case, places[k % len(places)]) for k in range(size.runs)]
             one = cost_of(each[:1] * size.runs, size, "rails")
-            pairs[f"rails, {vehicles} vehicles, one place"] = (one, other)
-            pairs[f"rails, {vehicles} vehicles, a place each"] = (
-                cost_of(each, size, "rails"),
-                other,
-            )
+            all_ = cost_of(each, size, "rails")
+            for kind in ("reference", "fast"):
+                other = cost_of([case] * size.runs, size, kind)
+                pairs[f"rails, {vehicles} vehicles, one place, {kind}"] = (one, other)
+                pairs[f"rails, {vehicles} vehicles, a place each, {kind}"] = (all_, other)
         for what, pair in pairs.items():
             if number:
                 found.setdefault(what, []).append(pair)
