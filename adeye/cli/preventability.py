@@ -263,9 +263,15 @@ def preventability(
         adeye preventability 3f2a91c04b --model rss --threshold '4 m/s^2'
     """
     from adeye.campaign.studies.preventability import prevent
+    from adeye.errors import UsageError
     from adeye.units import Dimension, parse_quantity
 
     limit = None if threshold is None else parse_quantity(threshold, Dimension.ACCELERATION)
+    if limit is not None and not limit > 0.0:
+        raise UsageError(
+            f"--threshold {threshold}: every run requires more than that",
+            remedy="Give a deceleration above zero.",
+        )
     with watching(quiet=quiet) as report:
         found = prevent(
             db,

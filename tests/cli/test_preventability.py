@@ -45,6 +45,7 @@ def test_bad_input_is_refused(adeye: Any, copied: str) -> None:
         (["--model", "rrs"], "Did you mean 'rss'?"),
         (["--edition", "r157-1"], "Did you mean 'r157-01'?"),
         (["--threshold", "4"], "no unit"),
+        (["--threshold=-4 m/s^2"], "Give a deceleration above zero"),
         (["ffff0000"], "there is none"),
     ):
         assert text in adeye("preventability", "--db", copied, *options).refused
