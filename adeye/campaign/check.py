@@ -50,7 +50,8 @@ if TYPE_CHECKING:
     from adeye.spec.document import Loc
     from adeye.spec.odd import ScenarioUse
     from adeye.spec.scenario import LogicalScenario
-    from adeye.sweep.groups import Group, Section, Shared
+    from adeye.sweep.case import Shared
+    from adeye.sweep.groups import Group, Section
 
 # --- Who wrote a value of a file that an ODD varies: the place in the ODD, if the ODD did ---------
 

@@ -108,7 +108,12 @@ def check_odd(path: str | Path, db: str | Path | None = None) -> checking.Checke
         if unknown:
             text = f"{unknown:,} of {planned:,} test cases that it asks for now have no result"
             found.append(checking.Violation(_STALE, "odd", odd, text))
-        found += _stale(stored, {item.id: item.digest for item in record.fsrs})
+        for item in record.fsrs:
+            if stored.fsr_digests.get(item.id) != item.digest:
+                # The newest evidence is judged by another FSR than that of the files.
+                known = "judges otherwise than" if item.id in stored.fsr_digests else "is not in"
+                text = f"{known} campaign {stored.campaign.number}"
+                found.append(checking.Violation(_STALE, "fsr", item.id, text))
     order = [rule.name for rule in RULES]
     found.sort(key=lambda item: order.index(item.rule))
     findings = tuple(replace(item, where=_where(item, plan.files)) for item in found)
@@ -123,18 +128,6 @@ def _counted(plan: CampaignPlan) -> Counter[tuple[str, str, bool]]:
         for inside, count in Counter(map(bool, part.inside_odd)).items():
             counted[part.architecture, part.scenario, inside] += count
     return counted
-
-
-def _stale(
-    stored: checking.CampaignViolations, digests: Mapping[str, str]
-) -> Iterator[checking.Violation]:
-    """Say which FSRs of the files are not those by which the newest evidence is judged."""
-    for name, digest in digests.items():
-        if stored.fsr_digests.get(name) != digest:
-            known = "judges otherwise than" if name in stored.fsr_digests else "is not in"
-            yield checking.Violation(
-                _STALE, "fsr", name, f"{known} campaign {stored.campaign.number}"
-            )
 
 
 def _where(item: checking.Violation, files: OddFiles) -> SourceLocation | None:

@@ -108,18 +108,6 @@ def choose(
     return tuple(samples)
 
 
-def check_half_step(files: OddFiles) -> None:
-    """Refuse an ODD whose clock cannot tick twice as fast.
-
-    Raises:
-        SpecError: A time has too many ticks then.
-    """
-    half = files.odd.spec.step / 2.0
-    said = f"uncertainty asks for runs with half the step, {half:g} s; "
-    with placed(files.odd.locate(("uncertainty",)), said):
-        check_clock(files, half)
-
-
 def judged_with(
     requirement: CheckedRequirement, samples: Sequence[Sample]
 ) -> dict[tuple[str, str], str]:
@@ -607,7 +595,10 @@ def make_plan(
     check.check_hooks(files)
     check.check_fits(files)
     if files.odd.spec.uncertainty is not None:
-        check_half_step(files)
+        half = files.odd.spec.step / 2.0
+        said = f"uncertainty asks for runs with half the step, {half:g} s; "
+        with placed(files.odd.locate(("uncertainty",)), said):
+            check_clock(files, half)
     concept, judged = files.concept, judged_plan(files, parts)
     requirements = check_requirements(concept.spec, judged, concept.locate)
     seen: set[object] = set()

@@ -177,7 +177,11 @@ def read_kept(folder: Path, name: str) -> Kept | None:
                 return None
             arrays = {item: stored[item] for item in stored.files}
         meta = json.loads(arrays.pop(_META).tobytes())
-        _fill_in(arrays, meta["empty"])
+        empty = meta["empty"].items()
+        kinds = {column: (np.dtype(kind), tuple(shape)) for column, (kind, *shape) in empty}
+        if sum(kind.itemsize * math.prod(shape) for kind, shape in kinds.values()) > MOST_BYTES:
+            return None
+        arrays |= {column: np.zeros(shape, dtype=kind) for column, (kind, shape) in kinds.items()}
     except _NOT_KEPT:
         return None
     return Kept(arrays, meta) if _has_the_form(arrays, meta) else None
@@ -189,18 +193,6 @@ def _is_as_large_as_its_file(members: Sequence[zipfile.ZipInfo], bytes_of_file: 
         all(item.compress_type == zipfile.ZIP_STORED for item in members)
         and sum(item.file_size for item in members) <= bytes_of_file <= MOST_BYTES
     )
-
-
-def _fill_in(arrays: dict[str, Any], empty: dict[str, Any]) -> None:
-    """Add the columns without content.
-
-    Raises:
-        ValueError: They would take more than ``MOST_BYTES``.
-    """
-    kinds = {column: (np.dtype(kind), tuple(shape)) for column, (kind, *shape) in empty.items()}
-    if sum(kind.itemsize * math.prod(shape) for kind, shape in kinds.values()) > MOST_BYTES:
-        raise ValueError("columns without content are larger than a block")
-    arrays |= {column: np.zeros(shape, dtype=kind) for column, (kind, shape) in kinds.items()}
 
 
 def _has_the_form(arrays: dict[str, Any], meta: dict[str, Any]) -> bool:

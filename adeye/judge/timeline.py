@@ -176,7 +176,13 @@ def timeline(trace: Trace, run: int, twin: Trace, twin_run: int) -> Timeline:
     Raises:
         ValueError: The two have not the same clock, sensors, channels and monitors.
     """
-    _require_twins(trace, twin)
+    one, two = trace.layout, twin.layout
+    shared = min(len(trace.time), len(twin.time))
+    parts = ("scenario", "sensors", "channels", "monitors")
+    alike = all(getattr(one, part) == getattr(two, part) for part in parts)
+    if not alike or not np.array_equal(trace.time[:shared], twin.time[:shared]):
+        msg = f"{two.scenario} of {two.channels} is no twin of {one.scenario} of {one.channels}"
+        raise ValueError(msg)
     view, other = _View(trace, run), _View(twin, twin_run)
     # Obligations begin within the horizon: what comes in the tail is no injection.
     within = slice(0, int(trace.horizon_row[run]) + 1)
@@ -300,16 +306,6 @@ def _first(flags: Bools, onset: int) -> int | None:
 
 def _at(time: NDArray[np.float64], row: int | None) -> float | None:
     return None if row is None else float(time[row])
-
-
-def _require_twins(trace: Trace, twin: Trace) -> None:
-    one, two = trace.layout, twin.layout
-    shared = min(len(trace.time), len(twin.time))
-    parts = ("scenario", "sensors", "channels", "monitors")
-    alike = all(getattr(one, part) == getattr(two, part) for part in parts)
-    if not alike or not np.array_equal(trace.time[:shared], twin.time[:shared]):
-        msg = f"{two.scenario} of {two.channels} is no twin of {one.scenario} of {one.channels}"
-        raise ValueError(msg)
 
 
 # --- Injected faults counted: what became of each, by scenario, fault entry and architecture ------

@@ -193,7 +193,8 @@ class Lanes:
         laid = self.laid(section.road)
         ordered = laid.strips[section.number][::-way]
         through = next(strip for strip in ordered if strip.lane.id == cut.lane)
-        edge = edge_of(through, way, is_left=cut.is_left)
+        is_outer = ((through.lane.id < 0) == (way > 0)) != cut.is_left
+        edge = through.outer if is_outer else through.inner
         start, end = (through.start, through.end)[::way]
         count = max(2, math.ceil(abs(end - start) / SAMPLE) + 1)
         places = np.linspace(start, end, count)
@@ -292,12 +293,6 @@ class Lanes:
     def _limit(self, row: int) -> float:
         limit = float(self.graph.limit[row])
         return limit if math.isfinite(limit) else -1.0
-
-
-def edge_of(strip: Strip, way: int, *, is_left: bool) -> Floats:
-    """Return the line of a lane's edge on a side of who drives on the road one way."""
-    is_outer = ((strip.lane.id < 0) == (way > 0)) != is_left
-    return strip.outer if is_outer else strip.inner
 
 
 def _straights(edges: Floats, marks: NDArray[np.bool_], along: Floats) -> Iterator[tuple[int, int]]:

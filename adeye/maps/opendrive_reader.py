@@ -446,7 +446,8 @@ class _Reader:
             ids = [lane.id for lane in found]
             if sign == 0 and not found:
                 self.losses.add("repaired", part, "lane 0 is missing: put in")
-                found = [_centre(part.line)]
+                none = _NO_CUBICS
+                found = [Lane(0, "none", "standard", none, none, (), (), (), (), part.line)]
             elif ids != wanted:
                 assert group is not None
                 raise group.error(
@@ -605,10 +606,6 @@ def _cubic_rows(rows: tuple[tuple[float, ...], ...]) -> Floats:
 
 def _ids(link: Element | None, name: str) -> tuple[int, ...]:
     return tuple(item.whole("id") for item in link.take(name)) if link is not None else ()
-
-
-def _centre(line: int) -> Lane:
-    return Lane(0, "none", "standard", _NO_CUBICS, _NO_CUBICS, (), (), (), (), line)
 
 
 def _carried_on(before: Section, section: Section, sign: int) -> tuple[Section, Section]:

@@ -461,7 +461,8 @@ def parse_document(text: str, path: str) -> Document:
     start = SourceLocation(path, 1, 1)
     _check_characters(text, path)
     if len(text.encode()) > MAX_BYTES:
-        raise _too_large(start)
+        text = f"the file has more than {MAX_BYTES:,} bytes"
+        raise SpecError(text, where=start, remedy="Split it.")
     try:
         _Scan(path).run(text)
         node = yaml.compose(text, Loader=_Loader)
@@ -486,16 +487,12 @@ def _read(path: Path) -> str:
         raise SpecError(f"the file cannot be read: {error.strerror}", where=where) from error
     except ValueError as error:
         raise SpecError(f"{shown(str(path))} is not a path", where=None) from error
-    return _decoded(content, str(path))
-
-
-def _decoded(content: bytes, path: str) -> str:
     try:
         return content.decode("utf-8")
     except UnicodeDecodeError as error:
         raise SpecError(
             f"byte 0x{content[error.start]:02x} is not UTF-8",
-            where=_after(content[: error.start].decode("utf-8"), path),
+            where=_after(content[: error.start].decode("utf-8"), str(path)),
             remedy="Save the file as UTF-8.",
         ) from error
 
@@ -513,10 +510,6 @@ def _check_characters(text: str, path: str) -> None:
 def _after(before: str, path: str) -> SourceLocation:
     line_start = before.rfind("\n") + 1
     return SourceLocation(path, before.count("\n") + 1, len(before) - line_start + 1)
-
-
-def _too_large(where: SourceLocation) -> SpecError:
-    return SpecError(f"the file has more than {MAX_BYTES:,} bytes", where=where, remedy="Split it.")
 
 
 class _Scan:

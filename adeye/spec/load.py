@@ -154,7 +154,13 @@ def load_odd(path: str | Path) -> OddFiles:
     architectures = _architectures(odd)
     concept_path = _beside(odd_path, odd.spec.concept, odd.locate(("concept",)))
     loaded_odd = OddFiles(odd, scenarios, architectures, _load(concept_path, Concept))
-    _check_gate(loaded_odd)
+    for number, name in enumerate(loaded_odd.gate):
+        if name not in architectures:
+            raise SpecError(
+                f"gate names {name!r}, not one of the ODD's architectures",
+                where=odd.locate(("gate", "architectures", number)),
+                remedy=suggest(name, sorted(architectures)),
+            )
     _check_asil(loaded_odd.concept)
     _check_realised(loaded_odd)
     return loaded_odd
@@ -467,16 +473,6 @@ def scenario_files(catalogue: Path) -> dict[str, Path]:
             )
         found[path.stem] = path
     return found
-
-
-def _check_gate(files: OddFiles) -> None:
-    for number, name in enumerate(files.gate):
-        if name not in files.architectures:
-            raise SpecError(
-                f"gate names {name!r}, not one of the ODD's architectures",
-                where=files.odd.locate(("gate", "architectures", number)),
-                remedy=suggest(name, sorted(files.architectures)),
-            )
 
 
 def _check_realised(files: OddFiles) -> None:

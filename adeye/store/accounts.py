@@ -142,17 +142,6 @@ def save_groups(connection: Connection, campaign_id: str, groups: CaseGroups) ->
         insert_rows(connection, tables.case_match, rows)
 
 
-def planned_groups(connection: Connection, campaign_id: str) -> CaseGroups:
-    """Count the cases of a campaign from its plan."""
-    groups = CaseGroups()
-    found = connection.exec_driver_sql(
-        filled("case_planned"), (campaign_id,), execution_options={"yield_per": _CHUNK}
-    )
-    for (scenario, architecture, fault), items in groupby(found, key=itemgetter(0, 1, 2)):
-        groups.add(scenario, architecture, fault, [item[3] for item in items])
-    return groups
-
-
 def done_cases(connection: Connection, work_id: int) -> list[Done]:
     """List the cases of a block that have a run, in the order of their ordinals."""
     found = connection.exec_driver_sql(filled("case_done", judged=JUDGED), (work_id,))
@@ -396,7 +385,12 @@ def wrong_plans(connection: Connection, campaign: str | None = None) -> Iterator
         select(tables.campaign.c.id).order_by(tables.campaign.c.number)
     ).scalars()
     for campaign_id in found.all() if campaign is None else (campaign,):
-        groups = planned_groups(connection, campaign_id)
+        groups = CaseGroups()
+        planned = connection.exec_driver_sql(
+            filled("case_planned"), (campaign_id,), execution_options={"yield_per": _CHUNK}
+        )
+        for (scenario, architecture, fault), items in groupby(planned, key=itemgetter(0, 1, 2)):
+            groups.add(scenario, architecture, fault, [item[3] for item in items])
         yield from _differences(
             connection, tables.case_count, campaign_id, groups.counts(campaign_id)
         )

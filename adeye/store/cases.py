@@ -64,7 +64,13 @@ def open_cases(
     ).all()
     missing: dict[int, tuple[str, ...]] = {}
     if any(case[3] is not None for case in cases):
-        missing = _missing_fsrs(connection, campaign_id, first, end)
+        rows = connection.exec_driver_sql(
+            f"SELECT c.ordinal, f.fsr_id FROM {GAPS} {_RANGE} ORDER BY c.ordinal, f.fsr_id",  # noqa: S608
+            (campaign_id, first, end),
+        )
+        missing = {
+            place: tuple(fsr for _, fsr in items) for place, items in groupby(rows, itemgetter(0))
+        }
     judged: dict[tuple[Any, ...], tuple[str, ...]] = {}
     found: list[BlockCase] = []
     for ordinal, test_case, result, run, *group in cases:
@@ -76,32 +82,14 @@ def open_cases(
         # Nothing was judged yet, so everything is missing.
         key = tuple(group)
         if key not in judged:
-            judged[key] = _judged_fsrs(connection, campaign_id, ordinal)
+            fsrs = connection.exec_driver_sql(
+                f"SELECT f.fsr_id FROM campaign_case c JOIN campaign_fsr f ON {JUDGED} "  # noqa: S608
+                "WHERE c.campaign_id = ? AND c.ordinal = ? ORDER BY f.fsr_id",
+                (campaign_id, ordinal),
+            )
+            judged[key] = tuple(fsrs.scalars())
         found.append(BlockCase(*names, has_result=False, missing_fsrs=judged[key]))
     return tuple(found)
-
-
-def _missing_fsrs(
-    connection: Connection, campaign_id: str, first: int, end: int
-) -> dict[int, tuple[str, ...]]:
-    """Find the FSRs that existing results of an ordinal range were not judged on, by ordinal."""
-    rows = connection.exec_driver_sql(
-        f"SELECT c.ordinal, f.fsr_id FROM {GAPS} {_RANGE} ORDER BY c.ordinal, f.fsr_id",  # noqa: S608
-        (campaign_id, first, end),
-    )
-    return {
-        ordinal: tuple(fsr for _, fsr in items) for ordinal, items in groupby(rows, itemgetter(0))
-    }
-
-
-def _judged_fsrs(connection: Connection, campaign_id: str, ordinal: int) -> tuple[str, ...]:
-    """List the FSRs that a case is judged on."""
-    found = connection.exec_driver_sql(
-        f"SELECT f.fsr_id FROM campaign_case c JOIN campaign_fsr f ON {JUDGED} "  # noqa: S608
-        "WHERE c.campaign_id = ? AND c.ordinal = ? ORDER BY f.fsr_id",
-        (campaign_id, ordinal),
-    )
-    return tuple(found.scalars())
 
 
 def count_open(connection: Connection, campaign_id: str) -> tuple[int, int]:

@@ -174,13 +174,9 @@ class Entries:
                 self._list(table, listed[:DETAILED])
                 del listed[:DETAILED]
             return
-        self.add_sealed(table.name, name, [(item[0], item[-1]) for item in rows])
-
-    def add_sealed(self, table: str, name: str, rows: Sequence[tuple[int, str]]) -> None:
-        """Note rows of runs: number of the run and hash of the row."""
-        hashes = [item[1] for item in rows]
-        count, total = self.sums.get(table, (0, 0))
-        self.sums[table] = count + len(rows), total + hash_sum(hashes)
+        hashes = [item[-1] for item in rows]
+        count, total = self.sums.get(table.name, (0, 0))
+        self.sums[table.name] = count + len(rows), total + hash_sum(hashes)
         numbers = np.fromiter((item[0] for item in rows), dtype=np.int64, count=len(rows))
         self.runs.setdefault(name, []).append(by_run(numbers, hashes))
 

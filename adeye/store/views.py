@@ -237,7 +237,9 @@ def scenario_views(connection: Connection) -> dict[str, str]:
 def _ddl(connection: Connection, view: str, scenario: str) -> str:
     columns = list(_BASE_COLUMNS)
     taken = set(_RESERVED)
-    suffixes = _suffixes(connection, scenario)
+    suffixes: dict[str, str] = {}
+    for text in connection.exec_driver_sql("SELECT units FROM campaign ORDER BY number").scalars():
+        suffixes.update(json.loads(text).get(scenario, {}))
     for source, key, kinds in _keys(connection, scenario):
         if _KEY.fullmatch(key) is None:
             continue
@@ -288,11 +290,3 @@ def _keys(connection: Connection, scenario: str) -> list[tuple[str, str, str]]:
         for source, key, kinds in found
         if source == "parameters" or key not in parameters
     ]
-
-
-def _suffixes(connection: Connection, scenario: str) -> dict[str, str]:
-    """Read the SI suffix of each parameter; the newest campaign has the last word."""
-    suffixes: dict[str, str] = {}
-    for text in connection.exec_driver_sql("SELECT units FROM campaign ORDER BY number").scalars():
-        suffixes.update(json.loads(text).get(scenario, {}))
-    return suffixes

@@ -542,7 +542,8 @@ class _Changed:
 
     def locate(self, loc: tuple[str | int, ...]) -> SourceLocation:
         """Find the axis that wrote a part, or the last one."""
-        return _guilty(self.changes, loc).where
+        wrote = [change for change in self.changes if loc[: len(change.path)] == change.path]
+        return (wrote or self.changes)[-1].where
 
     def locate_key(self, loc: tuple[str | int, ...]) -> SourceLocation:
         """Find the axis that wrote the key of a part, or the last one."""
@@ -551,11 +552,6 @@ class _Changed:
     def heir(self, loc: tuple[str | int, ...]) -> str:  # noqa: ARG002 - nothing is inherited
         """Return no file: the axis writes into the file as a whole."""
         return ""
-
-
-def _guilty(changes: tuple[Change, ...], loc: tuple[str | int, ...]) -> Change:
-    wrote = [change for change in changes if loc[: len(change.path)] == change.path]
-    return (wrote or list(changes))[-1]
 
 
 def _changed(model: type[Spec], content: Mapping[str, Any], changes: tuple[Change, ...]) -> Spec:

@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from adeye.spec.architecture import Architecture
     from adeye.spec.fault import Fault
     from adeye.spec.odd import Attributes
-    from adeye.sweep.groups import Shared
 
 # --- The test case: one situation, one architecture, one fault entry; and what identifies it ------
 
@@ -37,26 +36,21 @@ class AuthorityOverride:
 
 
 @dataclass(frozen=True)
-class TestCase:
-    """One row of the plan; scenario and architecture are shared between rows.
+class Shared:
+    """What many test cases have in common.
 
     Attributes:
         scenario_id: Id of the scenario in its ODD.
         scenario: With overrides by dotted path applied.
-        parameters: Resolved scenario parameters in SI.
+        parameters: Resolved scenario parameters in SI; what many share has of those that vary the
+            default.
         architecture: With overrides by dotted path applied.
-        faults: The faults of its entry; empty for ``none``.
+        faults: The faults of the entry; empty for ``none``.
         fault_entry: ``none``, a fault's id, or ids joined by ``+``.
-        replicate: Number of the replicate, from 0.
         seed: Seed of the ODD.
         step: Master clock [s].
-        point: Swept values in SI by the name that the sweep uses.
-        inside_odd: Whether its planned attributes lie inside the ODD.
         attributes: The ODD's attributes, for leaving it during the run.
-        override: Another authority than that of the switch; None in every test case of a plan.
     """
-
-    __test__ = False  # the field's word, not a class of tests
 
     scenario_id: str
     scenario: LogicalScenario
@@ -64,12 +58,27 @@ class TestCase:
     architecture: Architecture
     faults: tuple[Fault, ...]
     fault_entry: str
-    replicate: int
     seed: int
     step: float
+    attributes: Attributes
+
+
+@dataclass(frozen=True)
+class TestCase(Shared):
+    """One row of the plan; scenario and architecture are shared between rows.
+
+    Attributes:
+        replicate: Number of the replicate, from 0.
+        point: Swept values in SI by the name that the sweep uses.
+        inside_odd: Whether its planned attributes lie inside the ODD.
+        override: Another authority than that of the switch; None in every test case of a plan.
+    """
+
+    __test__ = False  # the field's word, not a class of tests
+
+    replicate: int
     point: Mapping[str, float | str]
     inside_odd: bool
-    attributes: Attributes
     override: AuthorityOverride | None = None
 
     @cached_property
@@ -171,7 +180,7 @@ def content_digest(part: LogicalScenario | Architecture) -> str:
 # --- Group test cases into batches: one structure inside a batch, only values vary ----------------
 
 
-def structure_key(case: TestCase | Shared) -> str:
+def structure_key(case: Shared) -> str:
     """Hash what must be equal inside a batch.
 
     Scenario, actors, storyboard, sensors, channels, links, rates, latencies, switch policy, fault

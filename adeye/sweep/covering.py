@@ -299,7 +299,16 @@ def covering(space: Space, strength: int) -> Points:
     wanted = np.concatenate(
         [feasibility.tuples(list(chosen)).ravel() for chosen in layout.chosen.tolist()]
     )
-    table = _smallest(layout, wanted, feasibility)
+    largest = np.sort(layout.sizes)[-layout.chosen.shape[1] :].prod()
+    # More than the least number of points, with a guess of how many more.
+    work = int(1.5 * largest) * layout.chosen.size
+    candidates = max(1, min(CANDIDATES, WORK // work))
+    designs = max(1, min(DESIGNS, WORK // (work * candidates)))
+    # As many designs as the work allows, and of them the first smallest: (N, A).
+    grown = [
+        _Growth(layout, feasibility, candidates, number).design(wanted) for number in range(designs)
+    ]
+    table = min(grown, key=len)
     levels = [small(table[:, at], size) for at, size in enumerate(sizes)]
     found = Tuples(strength, int(wanted.sum()), total)
     return points_of(axes, levels, math.prod(sizes), len(table), found)
@@ -374,21 +383,6 @@ class _Layout:
             base + np.arange(self.sizes[axis])[:, np.newaxis] * step
         ].sum(axis=1)
         return counts
-
-
-def _smallest(
-    layout: _Layout, wanted: NDArray[np.bool_], feasibility: Feasibility
-) -> NDArray[np.int64]:
-    """Grow as many designs as the work allows and take the first smallest: (N, A)."""
-    largest = np.sort(layout.sizes)[-layout.chosen.shape[1] :].prod()
-    # More than the least number of points, with a guess of how many more.
-    work = int(1.5 * largest) * layout.chosen.size
-    candidates = max(1, min(CANDIDATES, WORK // work))
-    designs = max(1, min(DESIGNS, WORK // (work * candidates)))
-    grown = [
-        _Growth(layout, feasibility, candidates, number).design(wanted) for number in range(designs)
-    ]
-    return min(grown, key=len)
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from adeye.spec.quantity import require_dimension
 from adeye.sweep import groups
 from adeye.sweep.axes import Axis, AxisReader, Variants, default_values, quantity_or_text
 from adeye.sweep.boundary import breaches
-from adeye.sweep.case import TestCase, case_json, situation_json
+from adeye.sweep.case import Shared, TestCase, case_json, situation_json
 from adeye.sweep.covering import covering
 from adeye.sweep.design import Points, Relation, Space, full_factorial, zipped
 from adeye.sweep.sampling import filling_points, random_points
@@ -67,7 +67,7 @@ class CaseColumns:
     """
 
     section: groups.Section
-    shared: groups.Shared
+    shared: Shared
     first: int
     rows: NDArray[np.int64]
     points: NDArray[np.int64]
@@ -186,7 +186,7 @@ class CaseColumns:
 
 
 def columns_of(
-    files: OddFiles, section: groups.Section, shared: groups.Shared, low: int, high: int
+    files: OddFiles, section: groups.Section, shared: Shared, low: int, high: int
 ) -> CaseColumns:
     """Make the columns of some test cases of a section.
 
@@ -230,7 +230,7 @@ def columns_of(
 
 
 def _refusal(
-    section: groups.Section, shared: groups.Shared, parameters: Mapping[str, float]
+    section: groups.Section, shared: Shared, parameters: Mapping[str, float]
 ) -> SweepError:
     """Say which attribute one point leaves: it alone is evaluated."""
     first = breaches(shared.scenario, parameters, 1, shared.attributes)[0]
@@ -482,7 +482,7 @@ class Expansion:
                 found.setdefault(key, (shared.scenario_id, spec, is_inside))
         return list(found.values())
 
-    def shared(self, section: groups.Section) -> groups.Shared:
+    def shared(self, section: groups.Section) -> Shared:
         """Apply what the sweep writes into the files of a section.
 
         Raises:

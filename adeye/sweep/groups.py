@@ -12,6 +12,7 @@ from adeye.errors import InputError, SourceLocation, SpecError, SweepError
 from adeye.spec.architecture import targets_of
 from adeye.spec.clock import period_ticks, ticks
 from adeye.sweep.axes import Axis, AxisReader, Change, default_values, has_path
+from adeye.sweep.case import Shared
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from adeye.spec.architecture import Architecture
     from adeye.spec.fault import Fault
     from adeye.spec.load import Loaded, OddFiles
-    from adeye.spec.odd import Attributes, ScenarioUse
+    from adeye.spec.odd import ScenarioUse
     from adeye.spec.scenario import LogicalScenario
     from adeye.sweep.axes import Variants
     from adeye.sweep.design import Points
@@ -298,33 +299,6 @@ def guilty_path(error: InputError) -> tuple[str, ...]:
 # --- What the test cases of a section share: scenario, architecture and faults, overrides applied -
 
 Changes = dict[str, tuple[Change, ...]]
-
-
-@dataclass(frozen=True)
-class Shared:
-    """What many test cases have in common; see ``TestCase`` for the words.
-
-    Attributes:
-        scenario_id: Id of the scenario in its ODD.
-        scenario: With overrides by dotted path applied.
-        parameters: Resolved scenario parameters in SI, of those that vary the default.
-        architecture: With overrides by dotted path applied.
-        faults: The faults of the entry.
-        fault_entry: ``none``, a fault's id, or ids joined by ``+``.
-        seed: Seed of the ODD.
-        step: Master clock [s].
-        attributes: The ODD's attributes.
-    """
-
-    scenario_id: str
-    scenario: LogicalScenario
-    parameters: Mapping[str, float]
-    architecture: Architecture
-    faults: tuple[Fault, ...]
-    fault_entry: str
-    seed: int
-    step: float
-    attributes: Attributes
 
 
 def shared_of(files: OddFiles, section: Section, variants: Variants) -> Shared:

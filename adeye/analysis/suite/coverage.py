@@ -109,8 +109,8 @@ def coverage(look: Look, seen: Bools, target: str, condition: Condition) -> Iter
         condition: Weather and light.
     """
     count = seen.sum(axis=0)
-    kinds = kinds_at(look, seen)
     by_kind = {kind: _of_kind(look, seen, kind) for kind in sorted(set(look.kinds))}
+    kinds = sum(by_kind.values(), np.zeros(seen.shape[1]))
     for number, (zone, cells) in enumerate(zip(look.zones, look.cells, strict=True)):
         own, own_kinds = look.of_zone(number, count), look.of_zone(number, kinds)
         yield ZoneCoverage(
@@ -129,14 +129,6 @@ def coverage(look: Look, seen: Bools, target: str, condition: Condition) -> Iter
 def anybody(seen: Bools) -> Bools:
     """Tell which points at least one of the sensors sees: (S, K) to (K,)."""
     out: Bools = np.logical_or.reduce(seen, axis=0)
-    return out
-
-
-def kinds_at(look: Look, seen: Bools) -> Floats:
-    """Count the kinds of sensor that detect the target at each point, (K,)."""
-    out = np.zeros(seen.shape[1])
-    for kind in set(look.kinds):
-        out += _of_kind(look, seen, kind)
     return out
 
 
@@ -211,7 +203,10 @@ def blind_bearings(
         bearing = 2.0 * np.pi * number / BEARINGS
         bearing -= 2.0 * np.pi if bearing > np.pi else 0.0
         sine, cosine = sin_cos(float(bearing))
-        start = _outline(size, cosine, sine)
+        # From the centre of the box to the outline of the body.
+        along = 0.5 * size[0] / abs(cosine) if abs(cosine) > 1e-12 else np.inf
+        across = 0.5 * size[1] / abs(sine) if abs(sine) > 1e-12 else np.inf
+        start = float(min(along, across))
         x, y = (start + steps) * cosine, (start + steps) * sine
         seen = np.zeros(steps.shape, dtype=np.bool_)
         for view, reach in zip(views, reaches, strict=True):
@@ -224,10 +219,3 @@ def blind_bearings(
             blind_from_m=round(_RAY_STEP * int(blind[0]), 3) if len(blind) else None,
             seen_until_m=round(_RAY_STEP * (int(last[-1]) + 1), 3) if len(last) else 0.0,
         )
-
-
-def _outline(size: tuple[float, float], cosine: float, sine: float) -> float:
-    """Distance from the box centre to the body's outline in a direction [m]."""
-    along = 0.5 * size[0] / abs(cosine) if abs(cosine) > 1e-12 else np.inf
-    across = 0.5 * size[1] / abs(sine) if abs(sine) > 1e-12 else np.inf
-    return float(min(along, across))

@@ -403,15 +403,11 @@ class _Parser:
         first = self._token.span[0]
         node = part()
         while (operator := self._accept(*signs)) is not None:
-            node = self._apply(operator, node, part(), first)
+            right = part()
+            terms = (self._term(node), self._term(right))
+            sign = cast("Literal['+', '-', '*', '/']", operator.text)
+            node = syntax.Arithmetic(self._span(first), sign, terms)
         return node
-
-    def _apply(
-        self, operator: Token, left: syntax.Node, right: syntax.Node, first: int
-    ) -> syntax.Term:
-        terms = (self._term(left), self._term(right))
-        sign = cast("Literal['+', '-', '*', '/']", operator.text)
-        return syntax.Arithmetic(self._span(first), sign, terms)
 
     def _term(self, node: syntax.Node) -> syntax.Term:
         if not isinstance(node, syntax.TERMS):

@@ -359,9 +359,6 @@ class _Compiler:
         if isinstance(term, syntax.Signal):
             return self._load(term.name)
         parts = [self._term(operand) for operand in term.operands]
-        return self._operation(term, parts)
-
-    def _operation(self, term: syntax.Arithmetic, parts: list[_Term]) -> _Term:
         result = parts[0]
         if term.operator == "negate":
             return _Term(self._add(NEGATE, result.index), result.scale.opposite)

@@ -323,7 +323,11 @@ def draw_front(comparison: Comparison) -> Front | None:
         return place(loss, loss_ticks, HEIGHT - _BOTTOM, _TOP)
 
     places = [(right(cost), down(loss)) for cost, loss in zip(costs, losses, strict=True)]
-    best = _staircase(list(zip(costs, losses, strict=True)))
+    # What no other point beats, from cheap to dear.
+    best: list[tuple[float, float]] = []
+    for point in sorted(zip(costs, losses, strict=True)):
+        if not best or point[1] < best[-1][1]:
+            best.append(point)
     steps: list[tuple[float, float]] = []
     for cost, loss in best:
         if steps:
@@ -363,15 +367,6 @@ def ticks(low: float, high: float, *, whole: bool = False) -> list[float]:
 def place(value: float, marks: Sequence[float], begin: float, end: float) -> float:
     """Place a value between two ends of an axis with these marks."""
     return begin + (end - begin) * (value - marks[0]) / (marks[-1] - marks[0])
-
-
-def _staircase(points: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Keep what no other point beats, from cheap to dear."""
-    kept: list[tuple[float, float]] = []
-    for point in sorted(points):
-        if not kept or point[1] < kept[-1][1]:
-            kept.append(point)
-    return kept
 
 
 def _dots(

@@ -253,18 +253,14 @@ def _zones(suite: Suite, frame: Frame) -> str:
     return "".join(_polygon(frame, zone.outline_m) for zone in suite.zones)
 
 
-def _circle(frame: Frame, radius: float) -> str:
-    turns = [sin_cos(float(angle)) for angle in np.linspace(-np.pi, np.pi, 73)]
-    return _line(frame, [(radius * turn[1], radius * turn[0]) for turn in turns])
-
-
 def _rings(frame: Frame, step: float, suite: Suite) -> Iterator[Mark]:
     """Circles around the ego's centre; near it, lines of one distance to its body."""
     highest = frame.aside - _LABEL / frame.scale
     for number in range(1, 6):
         distance = step * number
         if step >= _CIRCLES_FROM:
-            path = _circle(frame, distance)
+            turns = [sin_cos(float(angle)) for angle in np.linspace(-np.pi, np.pi, 73)]
+            path = _line(frame, [(distance * turn[1], distance * turn[0]) for turn in turns])
             # A ring that leaves the drawing is labelled where it does.
             y = min(distance, highest)
             x = float(np.sqrt(distance * distance - y * y))

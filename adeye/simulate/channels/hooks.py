@@ -122,16 +122,6 @@ POINTS: Final = 5
 """Places of a candidate that are shown, the first that of the ego."""
 
 
-def nothing_shown(context: ChannelContext, count: int) -> Shown:
-    """Return the room for so many candidates, in all runs if somebody looks."""
-    runs = context.runs if context.shows_candidates and count else 0
-    return Shown(
-        np.full((runs, count, POINTS, 2), np.nan),
-        np.full((runs, count), np.nan),
-        np.full(runs, -1, dtype=np.int64),
-    )
-
-
 class PerceivingChannel:
     """A built-in channel: it perceives, decides and answers, with the faults of its hooks."""
 
@@ -152,7 +142,13 @@ class PerceivingChannel:
         self._seen = self._perception.seen
         self._command = np.zeros((context.runs, 2))
         self._status = np.full(context.runs, FAULT, dtype=np.int64)
-        self._shown = nothing_shown(context, candidates)
+        # Room for so many candidates, in all runs if somebody looks.
+        runs = context.runs if context.shows_candidates and candidates else 0
+        self._shown = Shown(
+            np.full((runs, candidates, POINTS, 2), np.nan),
+            np.full((runs, candidates), np.nan),
+            np.full(runs, -1, dtype=np.int64),
+        )
 
     def inject(self, hook: str, active: Bools, size: Floats) -> None:
         """Take in where a fault inside the channel is present from now on."""

@@ -139,7 +139,10 @@ class TrafficVectorEnv(VectorEnv[Observation, Floats, Any]):
         self._truncated: Bools = np.zeros(num_envs, dtype=np.bool_)
         self._seed = 0
         self._episode = 0
-        self.single_action_space = _action_space(self._architecture)
+        vehicle = self._architecture.vehicle
+        high = np.array([vehicle.max_acceleration, vehicle.max_steering_angle])
+        low = np.array([-vehicle.max_deceleration, -vehicle.max_steering_angle])
+        self.single_action_space = spaces.Box(low, high, dtype=np.float64)
         self.single_observation_space = _observation_space(self._scenario)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
@@ -346,13 +349,6 @@ def draw_parameters(
             share = uniform(stream, np.uint64(owner_id(name)), sample, attempt)
             values[name] = low + share * (high - low)
     return values
-
-
-def _action_space(architecture: Architecture) -> spaces.Box:
-    vehicle = architecture.vehicle
-    high = np.array([vehicle.max_acceleration, vehicle.max_steering_angle])
-    low = np.array([-vehicle.max_deceleration, -vehicle.max_steering_angle])
-    return spaces.Box(low, high, dtype=np.float64)
 
 
 def _observation_space(scenario: LogicalScenario) -> spaces.Dict:

@@ -189,17 +189,13 @@ class HighwayTraffic(Staged):
             ego = stage.ego[run]
             vehicles[0].place(ego[EGO_X], ego[EGO_Y], ego[EGO_HEADING], ego[EGO_SPEED])
             for actor in placed:
-                _place_actor(vehicles[1 + actor], stage.objects[run, actor])
+                vehicle, state = vehicles[1 + actor], stage.objects[run, actor]
+                vehicle.place(*state[[OBJECT_X, OBJECT_Y, OBJECT_HEADING, OBJECT_SPEED]])
+                vehicle.target_speed = state[OBJECT_SPEED]
             if self._reactive:
                 # Nobody asks for the lane of a placed vehicle unless somebody reacts to it.
                 for number in (0, *(1 + actor for actor in placed)):
                     vehicles[number].on_state_update()
-
-
-def _place_actor(vehicle: PlacedVehicle, state: Floats) -> None:
-    speed = state[OBJECT_SPEED]
-    vehicle.place(state[OBJECT_X], state[OBJECT_Y], state[OBJECT_HEADING], speed)
-    vehicle.target_speed = speed
 
 
 def _build_road(world: World, run: int) -> Road:

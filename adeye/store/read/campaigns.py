@@ -441,7 +441,16 @@ def worst_runs(
         name: (str(value),) for name, value in only.items() if value is not None
     }
     wanted.setdefault("verdict", MEASURED)
-    ranges = _blocks_of_worst(connection, campaign_id, fsr, limit, wanted)
+    # A run is among the worst n only if its tally is among the n whose worst is worst: each before
+    # that one holds a run that is worse, or as bad and of a lesser digest.
+    condition, values = _one_of_each(wanted)
+    tallies = connection.exec_driver_sql(
+        "SELECT w.from_ordinal, w.to_ordinal FROM work w JOIN tally ON tally.work_id = w.id "  # noqa: S608 - own names
+        f"WHERE tally.campaign_id = ? AND fsr_id = ?{condition} "
+        f"ORDER BY {WORST_FIRST}, w.from_ordinal LIMIT ?",
+        (campaign_id, fsr, *values, limit),
+    )
+    ranges = sorted({(first, end) for first, end in tallies})
     if not ranges:
         return ()
     within = " OR ".join(["c.ordinal >= ? AND c.ordinal < ?"] * len(ranges))
@@ -473,28 +482,6 @@ def info(connection: Connection, location: Location) -> records.DatabaseInfo:
         for table in tables.metadata.sorted_tables
     }
     return records.DatabaseInfo(str(location), version, size, rows)
-
-
-def _blocks_of_worst(
-    connection: Connection,
-    campaign_id: str,
-    fsr: str,
-    limit: int,
-    wanted: Mapping[str, tuple[str, ...]],
-) -> list[tuple[int, int]]:
-    """Find the ordinals among which the worst runs are, from the worst run of each tally.
-
-    A run is among the worst n only if its tally is among the n whose worst is worst: each of those
-    before holds a run that is worse, or as bad and of a lesser digest.
-    """
-    condition, values = _one_of_each(wanted)
-    found = connection.exec_driver_sql(
-        "SELECT w.from_ordinal, w.to_ordinal FROM work w JOIN tally ON tally.work_id = w.id "  # noqa: S608 - own names
-        f"WHERE tally.campaign_id = ? AND fsr_id = ?{condition} "
-        f"ORDER BY {WORST_FIRST}, w.from_ordinal LIMIT ?",
-        (campaign_id, fsr, *values, limit),
-    )
-    return sorted({(first, end) for first, end in found})
 
 
 def failed_among(

@@ -116,13 +116,22 @@ def run_query(
         timeout_s: Longest time that it may run [s].
 
     Raises:
-        InputError: The statement is wrong, not allowed, ran too long, or takes too much memory.
+        InputError: The statement is wrong, not allowed, ran too long, or takes too much memory; or
+            the user of a server may do more than read.
         PlatformError: The database cannot be read.
     """
-    location = locate(place)
+    location, values = locate(place), parameters or {}
     if location.path is None:
         with _little_memory():
-            return run_server_query(location, sql, parameters or {}, max_rows, timeout_s)
+            if len(sql) > _MOST_SQL:
+                raise InputError(
+                    "query: the statement is too long", remedy="Write less than 100 kB."
+                )
+            command = _for_driver(sql, checked(sql), values)
+            with _reading(location) as server:
+                with opened(location):
+                    pass
+                return _fetch_from_server(server, command, values, max_rows, timeout_s)
     # Whoever closes it last removes the files of its log, and who may only read cannot.
     with opened(location):
         with errors_in_words(location):
@@ -137,7 +146,7 @@ def run_query(
                 guard.close_in(connection)
             try:
                 with _little_memory():
-                    return _fetch(connection, sql, parameters or {}, max_rows)
+                    return _fetch(connection, sql, values, max_rows)
             except (sqlite3.Error, sqlite3.Warning, UnicodeError, MemoryError) as error:
                 raise guard.in_words(error) from error
         finally:
@@ -409,36 +418,6 @@ _BEGIN: Final = (
     # A cursor is planned for a tenth of its rows otherwise; how many are read is said to it.
     "SET LOCAL cursor_tuple_fraction TO 1",
 )
-
-
-def run_server_query(
-    location: Location,
-    sql: str,
-    parameters: Mapping[str, str],
-    max_rows: int,
-    timeout_s: float,
-) -> QueryResult:
-    """Run one SELECT; see ``query.run_query``.
-
-    Args:
-        location: A database of a server.
-        sql: One statement.
-        parameters: Values of what it names ``:name``.
-        max_rows: Most rows to return.
-        timeout_s: Longest time that it may run [s].
-
-    Raises:
-        InputError: The statement is wrong, not allowed, or ran too long; or the user may do more
-            than read.
-        PlatformError: The database cannot be read.
-    """
-    if len(sql) > _MOST_SQL:
-        raise InputError("query: the statement is too long", remedy="Write less than 100 kB.")
-    command = _for_driver(sql, checked(sql), parameters)
-    with _reading(location) as connection:
-        with opened(location):
-            pass
-        return _fetch_from_server(connection, command, parameters, max_rows, timeout_s)
 
 
 def _for_driver(sql: str, tokens: list[Token], parameters: Mapping[str, str]) -> str:

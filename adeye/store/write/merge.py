@@ -208,7 +208,11 @@ class _Merge:
         new = {item.id for item in campaigns} - set(here)
         for table in metadata.sorted_tables:
             self._copy(table, campaigns, new)
-        self._copy_work(new)
+        found = self._source.execute(tables.work.select().order_by(tables.work.c.id))
+        for block in found.all():
+            if block.campaign_id in new:
+                bounds = block.from_ordinal, block.to_ordinal
+                add_block(self._into, block.campaign_id, block.kind, bounds)
         self._require_alike()
         for table in (*_RESULTS, *self._plugins()):
             if table is not tables.run:
@@ -278,14 +282,6 @@ class _Merge:
                 here.add(tuple(values))
                 rows.append(row(table, (number + len(rows), *values)))
         self._insert(table, rows)
-
-    def _copy_work(self, new: set[str]) -> None:
-        """Give new campaigns their blocks, none of which is done before it is counted here."""
-        found = self._source.execute(tables.work.select().order_by(tables.work.c.id))
-        for block in found.all():
-            if block.campaign_id in new:
-                bounds = block.from_ordinal, block.to_ordinal
-                add_block(self._into, block.campaign_id, block.kind, bounds)
 
     def _copy_runs(self) -> None:
         """Add results under new numbers; one that is here must have the same trace."""

@@ -24,7 +24,7 @@ from typing import Any, Final, TextIO
 from sqlalchemy import Connection
 
 from adeye.errors import InputError
-from adeye.spec.concept import Concept, Requirement
+from adeye.spec.concept import Requirement
 from adeye.store import encoding, tables
 from adeye.store.accounts import CaseGroups, account_whole, save_groups
 from adeye.store.block import PlannedCases
@@ -225,7 +225,10 @@ def plan_campaign(
         InputError: There are no test cases.
         ValueError: The record does not say how each FSR of its concept is judged.
     """
-    _require_all_fsrs(record)
+    given = sorted(item.id for item in record.fsrs)
+    expected = sorted(item.id for item in record.concept.requirements)
+    if given != expected:
+        raise ValueError(f"FSRs {given} are given, the concept has {expected}")
     odd_digest = save_content(connection, "odd", record.odd)
     save_concept(connection, record.concept)
     identity = _identity(record)
@@ -243,7 +246,15 @@ def plan_campaign(
         if known is None:
             fsrs = fsr_rows(campaign_id, record, selection.counted)
             save_campaign(connection, campaign_id, record, identity.count, judging_hash(fsrs))
-            _save_selection(connection, campaign_id, selection)
+            table = tables.campaign_case
+            with ExitStack() as inserting:
+                if encoding.is_worth_rebuilding(
+                    identity.count, encoding.size_of(connection, table)
+                ):
+                    inserting.enter_context(encoding.rebuilt_indexes(connection, table))
+                for ordinals, columns in selection.parts():
+                    rows = encoding.rows_of_columns(table, (campaign_id, ordinals, *columns))
+                    insert_rows(connection, table, rows)
             insert_rows(connection, tables.campaign_fsr, fsrs)
             save_groups(connection, campaign_id, selection.groups)
             save_work(connection, campaign_id, selection.ends, block_size)
@@ -278,13 +289,6 @@ def save_use(connection: Connection, campaign_id: str) -> None:
     add_numbered(connection, tables.campaign_use, campaign_id, encoding.utc_text(None))
 
 
-def _require_all_fsrs(record: CampaignRecord) -> None:
-    given = sorted(item.id for item in record.fsrs)
-    expected = sorted(item.id for item in record.concept.requirements)
-    if given != expected:
-        raise ValueError(f"FSRs {given} are given, the concept has {expected}")
-
-
 def _save_test_cases(
     connection: Connection,
     cases: Iterable[PlannedCases],
@@ -299,7 +303,12 @@ def _save_test_cases(
     with ExitStack() as inserting:
         is_rebuilding = False
         for part in cases:
-            _save_contents(connection, part, saved)
+            for kind, content in (
+                ("scenario", part.scenario_content),
+                ("architecture", part.architecture_content),
+            ):
+                if content.digest not in saved:
+                    saved.add(save_content(connection, kind, content))
             selection.add(part)
             waiting += _test_cases(part, odd_digest)
             if len(waiting) < _CHUNK:
@@ -310,15 +319,6 @@ def _save_test_cases(
             _insert_sorted(connection, waiting)
             report(identity.count)
         _insert_sorted(connection, waiting)
-
-
-def _save_contents(connection: Connection, part: PlannedCases, saved: set[str]) -> None:
-    for kind, content in (
-        ("scenario", part.scenario_content),
-        ("architecture", part.architecture_content),
-    ):
-        if content.digest not in saved:
-            saved.add(save_content(connection, kind, content))
 
 
 def _insert_sorted(connection: Connection, waiting: list[Row]) -> None:
@@ -390,18 +390,6 @@ def save_campaign(
     )
 
 
-def _save_selection(connection: Connection, campaign_id: str, selection: Selection) -> None:
-    table = tables.campaign_case
-    with ExitStack() as inserting:
-        if encoding.is_worth_rebuilding(
-            selection.identity.count, encoding.size_of(connection, table)
-        ):
-            inserting.enter_context(encoding.rebuilt_indexes(connection, table))
-        for ordinals, columns in selection.parts():
-            rows = encoding.rows_of_columns(table, (campaign_id, ordinals, *columns))
-            insert_rows(connection, table, rows)
-
-
 def fsr_rows(
     campaign_id: str, record: CampaignRecord, counted: Counter[tuple[str, str, bool]]
 ) -> list[Row]:
@@ -421,7 +409,8 @@ def _judged(
     counted: Counter[tuple[str, str, bool]],
 ) -> Iterator[Row]:
     """Say on which cases an FSR is judged; a row also where that is none, so none is forgotten."""
-    waived_until = _waived_until(record.concept, fsr.id)
+    expiries = [item.expires for item in record.concept.waivers if item.requirement == fsr.id]
+    waived_until = max(expiries).isoformat() if expiries else None
     for architecture in sorted({key[0] for key in counted} | set(record.gate)):
         applicable = architecture not in fsr.not_applicable
         scenarios = sorted({key[1] for key in counted if key[0] == architecture})
@@ -445,8 +434,3 @@ def _judged(
                 waived_until,
                 planned if applicable else 0,
             )
-
-
-def _waived_until(concept: Concept, fsr_id: str) -> str | None:
-    expiries = [item.expires for item in concept.waivers if item.requirement == fsr_id]
-    return max(expiries).isoformat() if expiries else None

@@ -594,9 +594,13 @@ def count_block(connection: Connection, work_id: int, block: RunBlock) -> Counte
     if campaign is None:
         return None
     exercised = np.zeros(len(block), dtype=np.int64)
-    place = _verdict_places(block)
+    verdicts = block.verdicts
+    # The row of the verdict on each run and FSR (B, F), -1 for none.
+    words = verdicts.fsr_digest.dictionary.words
+    place = np.full((len(block), max(1, len(words))), -1, dtype=np.int64)
+    place[verdicts.run, verdicts.fsr_digest.codes] = np.arange(len(verdicts.run))
     fsrs = _fsrs(connection, campaign)
-    digests = {word: code for code, word in enumerate(block.verdicts.fsr_digest.dictionary.words)}
+    digests = {word: code for code, word in enumerate(words)}
     chosen: dict[tuple[str, str, str, str], list[Ints]] = defaultdict(list)
     for (architecture, scenario, is_inside), runs in groups.items():
         for fsr_id, fsr_digest, applies in fsrs.get((architecture, scenario), ()):
@@ -606,7 +610,7 @@ def count_block(connection: Connection, work_id: int, block: RunBlock) -> Counte
             if found is None or (found < 0).any():
                 return None
             chosen[fsr_id, fsr_digest, architecture, scenario].append(found)
-            exercised[runs] |= block.verdicts.exercised[found]
+            exercised[runs] |= verdicts.exercised[found]
     rows: list[Row] = []
     for key in sorted(chosen, key=lambda item: (item[0], *item[2:])):
         rows += _counted(block, work_id, campaign, key, np.concatenate(chosen[key]))
@@ -658,16 +662,6 @@ def _fsrs(
     for architecture, scenario, *rest in found:
         fsrs[architecture, scenario].append((rest[0], rest[1], rest[2]))
     return fsrs
-
-
-def _verdict_places(block: RunBlock) -> Ints:
-    """Give the row of the verdict on each run and FSR (B, F), -1 for none."""
-    verdicts = block.verdicts
-    places = np.full(
-        (len(block), max(1, len(verdicts.fsr_digest.dictionary.words))), -1, dtype=np.int64
-    )
-    places[verdicts.run, verdicts.fsr_digest.codes] = np.arange(len(verdicts.run))
-    return places
 
 
 def _counted(
