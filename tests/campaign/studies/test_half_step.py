@@ -46,6 +46,7 @@ from tests.stored import known
 
 SPEEDS = ["80 km/h", "100 km/h", "120 km/h"]
 GAPS = ["20 m", "30 m", "40 m", "50 m", "60 m"]
+BRAKINGS = {"from": "3 m/s^2", "to": "6 m/s^2", "step": "0.25 m/s^2"}
 UNASKED = one_scenario(ego_speed=SPEEDS, gap=GAPS)
 SAMPLED = {"uncertainty": {"situations": 12}}
 ASKED: dict[str, Any] = {**UNASKED, **SAMPLED}
@@ -97,7 +98,8 @@ def test_unrelated_edits_leave_the_sample(make_project: MakeProject) -> None:
     before = chosen(project.plan())
     with project.edited_odd() as odd:
         odd["title"] = "Another title"
-        odd["scenarios"] = [MINI["scenarios"][1], *odd["scenarios"]]
+        other = {**MINI["scenarios"][1], "sweep": {"parameters": {"deceleration": BRAKINGS}}}
+        odd["scenarios"] = [other, *odd["scenarios"]]
         odd["scenarios"][1]["faults"] = ["front_camera_out"]
         odd["faults"] = MINI["faults"][:1]
         odd["architectures"] = odd["architectures"][::-1]
@@ -449,19 +451,8 @@ def test_twin_that_cannot_be_executed_leaves_nothing_judged(
     assert verdicts(project) == verdicts(asked.project)
 
 
-@pytest.mark.slow
-def test_situations_too_few_for_an_uncertainty(tmp_path: Path) -> None:
-    project = Project(tmp_path, {**one_scenario(ego_speed=SPEEDS, gap=GAPS[:3]), **SAMPLED})
-    project.run()
-    found = lines(project)
-    assert {line[5] for line in found} <= set(range(10))
-    assert {line[9] for line in found} == {None}
-    details = rows(project.db, "SELECT DISTINCT detail FROM v_verdicts")
-    assert not any("numeric uncertainty" in (detail or "") for (detail,) in details)
-
-
 def test_empty_shard_has_nothing_to_do(tmp_path: Path) -> None:
-    project = Project(tmp_path, {**one_scenario(gap=GAPS[:2]), **SAMPLED})
+    project = Project(tmp_path, ASKED)
     session = runner.Session(choice=Choice(shard=Shard(3, 3)))
     summary = runner.run_campaign(project.plan(), db=project.db, session=session)
     assert (summary.selected, summary.executed, summary.twins) == (0, 0, 0)
