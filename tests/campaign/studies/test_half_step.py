@@ -15,6 +15,7 @@ from adeye.campaign import run as runner
 from adeye.campaign.plan import CampaignPlan
 from adeye.campaign.replay import describe_run, replay_run, rerun
 from adeye.campaign.selection import Choice, Shard
+from adeye.campaign.stale import Staleness, find_stale
 from adeye.campaign.studies import half_step as halving
 from adeye.campaign.studies.forks import fork_run
 from adeye.campaign.studies.half_step import twin_of, uncertainty_table
@@ -367,7 +368,12 @@ def test_asking_later_executes_only_twins(asked: Executed, make_project: MakePro
     assert lines(project) == []
     with project.edited_odd() as odd:
         odd["uncertainty"] = ASKED["uncertainty"]
+    asked_for = staleness(project)
+    assert {item.cause for item in asked_for.stale} == {"uncertainty"}
+    assert (asked_for.counts, asked_for.there) == (0, 0)
+    assert (asked_for.to_judge, asked_for.to_replay, asked_for.to_execute) == (RUNS, 0, TWINS)
     later = project.run()
+    assert staleness(project).counts == staleness(project).there == asked_for.planned
     assert (later.executed, later.reused, later.judged, later.twins) == (0, RUNS, RUNS, TWINS)
     assert later.campaign != plain.campaign
     assert lines(project) == lines(asked.project)
@@ -388,6 +394,11 @@ def test_odd_that_does_not_ask_is_the_content_that_it_was(make_project: MakeProj
     assert "uncertainty" not in plan.record().odd.content["odd"]
     assert plan.samples == ()
     assert not any(item.judged for item in plan.record().fsrs)
+
+
+def staleness(project: Project) -> Staleness:
+    with Repository.open(project.db, create=False) as repository:
+        return find_stale(repository, project.plan(), known(repository.latest_campaign()))
 
 
 # --- interruption and failure
