@@ -25,7 +25,7 @@ from adeye.judge.requirements import (
     check_demands,
     check_requirements,
 )
-from adeye.judge.uncertainty import judged_digest
+from adeye.judge.uncertainty import LEAST_PAIRS, judged_digest
 from adeye.simulate.engine import DEFAULT_BACKEND, DRIVER, EngineIdentity, identity
 from adeye.spec.architecture import Architecture
 from adeye.spec.fault import FAULT, Injected, idle_faults
@@ -106,6 +106,23 @@ def choose(
         of_plan = tuple(ordinal for *_, ordinal in chosen)
         samples.append(Sample(scenario, architecture, of_plan, tuple(results)))
     return tuple(samples)
+
+
+def check_samples(plan: CampaignPlan) -> None:
+    """Refuse a sample that is too small to tell an uncertainty, which no margin would be held to.
+
+    Raises:
+        SpecError: A scenario has too few situations.
+    """
+    for sample in plan.samples:
+        count = len({plan.cases[ordinal].situation_digest for ordinal in sample.ordinals})
+        if count < LEAST_PAIRS:
+            raise SpecError(
+                f"scenario {sample.scenario} has too few situations ({count}) to tell the "
+                f"uncertainty: at least {LEAST_PAIRS} are needed",
+                where=plan.files.odd.locate(("uncertainty",)),
+                remedy="Sweep or replicate it, or leave uncertainty out.",
+            )
 
 
 def judged_with(
@@ -619,6 +636,7 @@ def make_plan(
     alike = *check.same_architectures(files, parts), *check.same_scenarios(expansion)
     idle = tuple(f"fault {name} {why}" for name, why in idle_faults(plan.faults, plan.injected))
     plan = replace(plan, notices=(*plan.notices, *axes, *alike, *idle))
+    check_samples(plan)
     if meanwhile is not None:
         meanwhile(plan)
     check_demands(concept.spec, judged, expansion.played(), concept.locate)

@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Final
 
+from adeye.campaign.plan import judged_with
+from adeye.campaign.studies.half_step import pairs_of
 from adeye.judge.extremes import measure_of
 from adeye.judge.metrics import METRICS
 from adeye.judge.outcome import bars
@@ -48,6 +50,7 @@ CAUSES: Final = {
     "requirement": "requirement {subject} is measured otherwise",
     "judging": "requirement {subject}: its metric or judging is of another version",
     "attributes": "the attributes of the ODD have changed, on which {subject} depends",
+    "uncertainty": "requirement {subject} is judged with another numeric uncertainty, or without",
     "not_asked": "requirement {subject} is no longer asked for there",
 }
 """Why evidence no longer counts, in words, by the word of the JSON document."""
@@ -95,7 +98,7 @@ class Staleness:
         there: Of these, the ones that the database has, and nobody has withdrawn.
         to_judge: Results that judging again can complete, at most.
         to_replay: Results that have to be executed again to be judged.
-        to_execute: Test cases without a result.
+        to_execute: Test cases, and twins with half the step, without a result.
     """
 
     campaign: str
@@ -125,6 +128,8 @@ _ORDER: Final = (
     "scenario", "parameters", "architecture", "faults", "seed", "step", "plugins", "numerics"
 )  # fmt: skip
 
+_Asked = tuple[str, CheckedRequirement]
+"""An FSR with the digest of what it is judged by, numeric uncertainty included."""
 _Place = tuple[str, str, str, str, int]
 """Scenario, architecture, fault entry, swept values and replicate: where a test case stands."""
 
@@ -280,6 +285,9 @@ class _Requirements:
             item.requirement.id: item for item in plan.requirements
         }
         before = Attributes.model_validate(odd["attributes"], context=SI)
+        self._judged = {
+            item.requirement.id: judged_with(item, plan.samples) for item in plan.requirements
+        }
         self._has_same_attributes = before == plan.files.odd.spec.attributes
 
     def why(self, stored: StoredEvidence, fsr: str, *, is_inside: bool) -> tuple[str, str] | None:
@@ -295,7 +303,8 @@ class _Requirements:
             return "judging", fsr
         if not now.concerns(stored.scenario, is_inside=is_inside):
             return "attributes", fsr
-        return None
+        wanted = self._judged[fsr].get((stored.architecture, stored.scenario), now.digest)
+        return None if stored.fsrs[fsr] == wanted else ("uncertainty", fsr)
 
 
 def _needs(
@@ -311,9 +320,12 @@ def _needs(
         groups[scenario, architecture, inside].append(result)
     names = ("planned", "there", "to_judge", "to_replay", "to_execute")
     count: Counter[str] = Counter(dict.fromkeys(names, 0))
+    twins = [pair.twin_result for sample in plan.samples for pair in pairs_of(plan, sample)]
+    count["to_execute"] = len(twins) - len(again.numbers(twins))
+    judged = {item.digest: judged_with(item, plan.samples) for item in plan.requirements}
     for (scenario, architecture, inside), results in groups.items():
         asked = [
-            item
+            (judged[item.digest].get((architecture, scenario), item.digest), item)
             for item in plan.requirements
             if architecture not in item.not_applicable and item.concerns(scenario, is_inside=inside)
         ]
@@ -329,12 +341,12 @@ def _needs(
 
 
 def _judgeable(
-    again: Again, asked: Sequence[CheckedRequirement], numbers: Sequence[int], database: Path
+    again: Again, asked: Sequence[_Asked], numbers: Sequence[int], database: Path
 ) -> Iterator[str]:
     """Tell of each run what it has, and what its missing verdicts take."""
     judged = again.judged(numbers)
     missing = {
-        number: [item for item in asked if item.digest not in judged.get(number, ())]
+        number: [item for of, item in asked if of not in judged.get(number, ())]
         for number in numbers
     }
     yield from ("there" for items in missing.values() for _ in range(len(asked) - len(items)))
@@ -342,7 +354,7 @@ def _judgeable(
     bases = again.bases(lacking, JUDGE_VERSION)
     measures = {
         item.digest: {*again.extremes(lacking, measure.text, JUDGE_VERSION)}
-        for item in asked
+        for _, item in asked
         if (measure := measure_of(item.formula)) is not None
     }
     folders = folders_of(database)
@@ -351,6 +363,9 @@ def _judgeable(
     }
 
     def is_known(number: int, item: CheckedRequirement) -> bool:
+        # What lacks the uncertainty alone is judged from the verdict without it.
+        if item.digest in judged.get(number, ()):
+            return True
         if number not in bases:
             return False
         if bars(bases[number][1]):

@@ -38,11 +38,12 @@ def certify(
     """Certify that a campaign is deterministic: no result depends on how it was executed.
 
     A sample of its runs is executed again in batches of 1 to 1,024, in other orders, in threads
-    and processes, and each trace and metric is compared with what is stored. The certificate is
-    kept in the database. A run that differs is named with the conditions and the first ticks that
-    differ.
+    and processes, and each trace, metric and verdict is compared with what is stored. The
+    certificate is kept in the database. A run that differs is named with the conditions and the
+    first ticks that differ.
 
-    Exit codes: 0 certified, 2 input error, 4 a run differs, 5 a batch could not be executed.
+    Exit codes: 0 certified, 2 input error, 3 no verdict, or nothing under some condition, could be
+    compared, 4 a run differs, 5 a batch could not be executed.
 
     Parameters:
         sample: Runs that are executed again, the same every time, from every combination of
@@ -66,7 +67,7 @@ def certify(
         document=lambda found: out.plain(found) | {"certified": found.is_certified},
     )
     if not found.is_certified:
-        raise typer.Exit(ExitCode.INTEGRITY)
+        raise typer.Exit(ExitCode.INTEGRITY if found.findings else ExitCode.INCOMPLETE)
 
 
 def _print_certificate(found: Certificate) -> None:
@@ -78,6 +79,7 @@ def _print_certificate(found: Certificate) -> None:
             "Class": found.class_,
             "Sample": f"{found.sampled:,} of {found.executed:,} runs, from {found.strata:,} "
             "combinations of scenario, architecture and fault entry",
+            "Verdicts": f"{found.verdicts:,} compared",
             "Left out": left_out if found.machine_dependent else "",
         }
     )
@@ -117,6 +119,8 @@ def _cause(found: Certificate) -> str:
         len(item.conditions) == len(found.conditions) and item.traces <= 2
         for item in found.findings
     )
+    if not found.findings and not found.verdicts:
+        return "no verdict could be compared: those that are stored were judged otherwise."
     if not found.findings:
         return "nothing could be compared under some condition."
     if everywhere:

@@ -366,6 +366,10 @@ def _step(
         if missing:
             text = f"{child.id} does not serve {', '.join(missing)}, as {parent.id} does"
             yield (*loc, at), f"{text}. Each child alone has to meet what it is a child of"
+        if parent.mandatory and not child.mandatory:
+            optional: Loc = ("requirements", concept.requirements.index(child), "mandatory")
+            text = f"{child.id} takes the place of {parent.id}, which is mandatory"
+            yield optional, f"{text}. Leave mandatory out, or make {parent.id} optional as well"
         if goal_of(child.asil) != goal:
             place: Loc = ("requirements", concept.requirements.index(child), "asil")
             text = f"{child.id} comes of a decomposition of ASIL {goal}, and has {child.asil}"

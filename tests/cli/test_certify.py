@@ -40,6 +40,7 @@ def test_deterministic_campaign_is_certified(certify: Callable[..., Outcome]) ->
     done = certify("--sample", "10").ok
     assert "10 of 28 runs, from 8 combinations" in done.out
     assert "batches of 7, reversed, in this process" in done.out
+    assert " compared\n" in done.out
     assert "Certified: every trace, metric and verdict" in done.out
 
 
@@ -60,6 +61,17 @@ def test_run_that_differs_is_named(
     assert (done.code, done.document["schema"]) == (4, "adeye/certify@1")
     assert done.document["certified"] is False
     assert [item["run"] for item in done.document["findings"]] == [run]
+
+
+@pytest.mark.slow
+def test_nothing_is_certified_without_a_verdict(
+    certify: Callable[..., Outcome], folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(certificate, "_same_verdicts", lambda *_: {})
+    done = certify("--sample", "1")
+    assert done.code == ExitCode.INCOMPLETE
+    assert "NOT CERTIFIED: no verdict could be compared" in done.out
+    assert rows(folder / "mini.db", "SELECT * FROM certificate") == []
 
 
 def test_unknown_campaign_is_an_input_error(adeye: Verb, mini: Executed) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from tests.campaign.studies.test_half_step import ASKED, RUNS, TWINS
-from tests.project import Executed, Project
+from tests.project import Executed, Project, one_scenario
 
 # --- ``confidence``: what is printed and said to a machine, and when nothing may be said
 
@@ -105,6 +105,16 @@ def test_samples_that_would_tell_nothing_are_refused(adeye: Any, asked: Project)
         said = adeye("plan", str(asked.write("odd/few.yaml", odd))).refused
         assert "few.yaml:" in said
         assert "situations" in said
+
+
+def test_scenario_with_too_few_situations_for_it_is_refused(adeye: Any, asked: Project) -> None:
+    odd = {**ASKED, **one_scenario(gap=[f"{gap} m" for gap in range(20, 29)])}
+    said = adeye("plan", str(asked.write("odd/few.yaml", odd))).refused
+    assert "few.yaml:" in said
+    assert "scenario cut_in has too few situations (9)" in said
+    assert "at least 10" in said
+    odd = {**odd, "replicates": 2}
+    assert adeye("plan", str(asked.write("odd/few.yaml", odd))).code == 0
 
 
 @pytest.mark.slow

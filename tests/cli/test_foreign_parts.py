@@ -65,7 +65,8 @@ def foreign(
         concept["requirements"] = [concept["requirements"][0], {**first, "bound": bound}]
     with project.edited_odd() as odd:
         odd["plugins"] = [f"{of_odd}:Fastest"]
-        odd["scenarios"][0]["sweep"]["parameters"] = {"gap": ["30 m"]}
+        gaps = {"from": "30 m", "to": "39 m", "step": "1 m"}
+        odd["scenarios"][0]["sweep"]["parameters"] = {"gap": gaps}
         odd["faults"] = [odd["faults"][1]]
         odd["uncertainty"] = {"situations": 10}
     yield project, f"{of_executor}:Inline"

@@ -225,6 +225,7 @@ def test_the_road_says_what_holds_where_the_ego_is(
 
 def test_odd_without_a_speed_limit_has_none(hand_made: Any) -> None:
     assert values(hand_made().ego(speed=90.0), "in_odd").all()
+    assert not values(hand_made().ego(d=-3.0), "in_odd").any(), "it is left with the road"
 
 
 @pytest.mark.parametrize("name", ["standstill", "safe_state", "in_odd", "ego.speed"])

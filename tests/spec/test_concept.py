@@ -379,6 +379,7 @@ def test_illegal_one_is_refused_with_what_is_allowed(tmp_path: Path) -> None:
         ("3", "B", "FSR-4 has ASIL B, below D of SG-1. Set it to D, or decompose"),
         ("3", "D(D)", r"FSR-4 has ASIL D\(D\) and comes of no decomposition\. Write D"),
         ("1.goals", ["SG-2"], "FSR-1a does not serve SG-1, as FSR-1 does"),
+        ("2.mandatory", False, "FSR-1b takes the place of FSR-1, which is mandatory"),
         ("1.goals", ["SG-1", "SG-2"], r"FSR-1a has ASIL B\(D\), below C of SG-2"),
     ):
         added = fsr("FSR-4", value, "camera") if path == "3" else value

@@ -16,14 +16,16 @@ from adeye.campaign.executors import InProcess, Processes, Threads
 from adeye.campaign.replay import Counter, recalled_parts, same_ticks
 from adeye.campaign.run import Progress, fitting
 from adeye.campaign.summary import find_called, is_file_name, planned_as
-from adeye.campaign.work import BatchTask, execute, grouped
+from adeye.campaign.work import BatchTask, WorkContext, execute, grouped
 from adeye.errors import PlatformError, UsageError
 from adeye.judge.evaluate import MARGIN, VERDICTS
 from adeye.judge.metrics.registry import STATUSES
 from adeye.judge.outcome import OUTCOMES
 from adeye.kernel.jit import cache_directory
 from adeye.simulate.channels.factory import PROCESS
+from adeye.spec.concept import Concept
 from adeye.spec.load import odd_of
+from adeye.spec.quantity import SI
 from adeye.store.evidence.roots import CertificateRecord, Executed
 from adeye.store.records import EngineKey, MetricValue, of_fields, of_row
 from adeye.store.repository import Repository
@@ -230,6 +232,7 @@ class Compared:
     def __init__(self, runs: Sequence[Sampled]) -> None:
         self._runs = {run.case.digest: run for run in runs}
         self._found: dict[str, _Difference] = defaultdict(_Difference)
+        self._verdicts: set[tuple[str, str]] = set()
 
     def add(self, condition: str, block: RunBlock) -> int:
         """Compare a batch; return how many of its runs count."""
@@ -241,6 +244,11 @@ class Compared:
             counted += 1
             self._compare(condition, self._runs[digest], block, place)
         return counted
+
+    @property
+    def verdicts(self) -> int:
+        """How many verdicts were compared, each counted once."""
+        return len(self._verdicts)
 
     def findings(self) -> tuple[Finding, ...]:
         """List the runs that differ, in the order of the sample."""
@@ -265,7 +273,9 @@ class Compared:
         if OUTCOMES[int(block.outcome[place])].value != run.stored.row["outcome"]:
             differs.append("outcome")
         differs += _other_metrics(run.stored, block, place)
-        differs += _other_verdicts(run.stored, block, place)
+        same = _same_verdicts(run.stored, block, place)
+        self._verdicts.update((run.case.digest, fsr) for fsr in same)
+        differs += [fsr for fsr, is_same in same.items() if not is_same]
         if not differs:
             return
         seen = self._found[run.case.digest]
@@ -291,19 +301,19 @@ def _other_metrics(stored: StoredRun, block: RunBlock, place: int) -> list[str]:
     return [name for name, value in found.items() if known[name] and value not in known[name]]
 
 
-def _other_verdicts(stored: StoredRun, block: RunBlock, place: int) -> list[str]:
-    """Name the FSRs whose verdict or margin is not as stored, of those that are stored."""
+def _same_verdicts(stored: StoredRun, block: RunBlock, place: int) -> dict[str, bool]:
+    """Tell by FSR whether verdict and margin are as stored, of those that are stored."""
     known = {item.fsr_digest: (item.verdict, item.margin) for item in stored.verdicts}
     found = block.verdicts.take(np.flatnonzero(block.verdicts.run == place))
     margins = [_number(value) for value in found.numbers[:, MARGIN]]
     now = zip((VERDICTS[code] for code in found.verdict), margins, strict=True)
-    return [
-        str(fsr)
+    return {
+        str(fsr): known[str(digest)] == item
         for fsr, digest, item in zip(
             found.fsr_id.values(), found.fsr_digest.values(), now, strict=True
         )
-        if known.get(str(digest), item) != item
-    ]
+        if str(digest) in known
+    }
 
 
 def _values(metrics: MetricBlock, row: int) -> dict[str, MetricValue]:
@@ -341,6 +351,7 @@ class Certificate:
         executed: Runs of the campaign that have a result.
         asked: Size of the sample that was asked for.
         sampled: Runs that were executed again.
+        verdicts: Verdicts of these that were compared.
         strata: Combinations of scenario, architecture and fault entry among them.
         machine_dependent: Runs left out, because a deadline of the machine ended a channel in them.
         conditions: Under which the sample was executed, with the runs compared under each.
@@ -354,6 +365,7 @@ class Certificate:
     executed: int
     asked: int
     sampled: int
+    verdicts: int
     strata: int
     machine_dependent: int
     conditions: tuple[tuple[str, int], ...]
@@ -361,8 +373,8 @@ class Certificate:
 
     @property
     def is_certified(self) -> bool:
-        """Whether something was compared under every condition, and nothing differs."""
-        return not self.findings and self.sampled > 0 and all(runs for _, runs in self.conditions)
+        """Whether runs under every condition and verdicts were compared, and nothing differs."""
+        return not self.findings and self.verdicts > 0 and all(runs for _, runs in self.conditions)
 
 
 def certify(
@@ -406,9 +418,9 @@ def certify(
             Condition(64, "planned", "processes", 1, mask) for mask in (masks() if masked else ())
         )
         counter = Counter("certify", len(runs) * len(wanted), report)
-        compared = Compared(runs)
+        compared, context = Compared(runs), _context(repository, campaign, plan)
         conditions = tuple(
-            (item.name, _execute(item, plan, runs, compared, counter)) for item in wanted
+            (item.name, _execute(item, plan, context, runs, compared, counter)) for item in wanted
         )
         certificate = Certificate(
             campaign=campaign.id,
@@ -418,13 +430,15 @@ def certify(
             executed=len(executed),
             asked=sample,
             sampled=len(runs),
+            verdicts=compared.verdicts,
             strata=len({item.stratum for item in chosen}),
             machine_dependent=sum(item.machine_dependent for item in executed),
             # Where no run promises as much, a condition says nothing and is not named.
             conditions=tuple((label, count) for label, count in conditions if count is not None),
             findings=compared.findings(),
         )
-        certificates.save(_record(certificate))
+        if certificate.verdicts or certificate.findings:
+            certificates.save(_record(certificate))
     return certificate
 
 
@@ -462,6 +476,16 @@ def _planned(repository: Repository, campaign: CampaignInfo, name: str | None) -
     if is_file:
         return planned_as(campaign, str(path))
     return planned_as(campaign, odd_of(campaign.provenance, repository.location.beside.parent))
+
+
+def _context(repository: Repository, campaign: CampaignInfo, plan: CampaignPlan) -> WorkContext:
+    """Execute as planned, but judge by the FSRs that are stored: the files may have others now."""
+    concept = Concept.model_validate(
+        repository.content("concept", campaign.concept_digest), context=SI
+    )
+    odd = repository.content("odd", campaign.odd_digest)["odd"]
+    faults = tuple(fault["id"] for fault in odd["faults"])
+    return replace(plan.work, keep=None, requirements=concept.requirements, faults=faults)
 
 
 def _recall(
@@ -508,6 +532,7 @@ def _require_same_code(plan: CampaignPlan, architecture: str, stored: StoredRun)
 def _execute(
     condition: Condition,
     plan: CampaignPlan,
+    context: WorkContext,
     runs: Sequence[Sampled],
     compared: Compared,
     counter: Counter,
@@ -521,7 +546,6 @@ def _execute(
     counter.add(len(runs) - len(cases))
     if not cases:
         return None
-    context = replace(plan.work, keep=None)
     tasks = [
         BatchTask(number, batch, (), context)
         for number, batch in enumerate(condition.batches(cases, fitting(plan.examples())))

@@ -110,7 +110,7 @@ class HalfStepTasks(Iterator[BatchTask]):
             fitting: Most runs whose traces fit into memory together.
         """
         self._repository, self._plan = repository, plan
-        self._pairs = {sample: _pairs(plan, sample) for sample in plan.samples}
+        self._pairs = {sample: pairs_of(plan, sample) for sample in plan.samples}
         self._waiting = deque(self._open(fitting))
         self._given: dict[int, _Batch] = {}
         self._count = 0
@@ -190,7 +190,8 @@ class HalfStepTasks(Iterator[BatchTask]):
         ]
 
 
-def _pairs(plan: CampaignPlan, sample: Sample) -> list[_Pair]:
+def pairs_of(plan: CampaignPlan, sample: Sample) -> list[_Pair]:
+    """Return the runs of a sample with their twins."""
     cases = [plan.cases[ordinal] for ordinal in sample.ordinals]
     twins = [twin_of(case) for case in cases]
     engine = plan.engines[sample.architecture]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from operator import itemgetter
@@ -61,7 +61,7 @@ class StoredEvidence:
         seed: Of the ODD.
         step_s: Master clock [s].
         engine: What executed it.
-        fsrs: Ids of the FSRs.
+        fsrs: Digest of what each FSR was judged by, numeric uncertainty included, by its id.
     """
 
     result: str
@@ -77,13 +77,14 @@ class StoredEvidence:
     seed: int
     step_s: float
     engine: EngineKey
-    fsrs: tuple[str, ...]
+    fsrs: Mapping[str, str]
 
 
 _EVIDENCE: Final = f"""
     SELECT c.ordinal, c.result_digest, c.scenario, c.architecture, t.fault_entry, c.point,
         t.replicate, s.content, a.content, t.faults, t.parameters, t.seed, t.step_s, r.backend,
-        r.variant, r.numerics_version, r.plugins_digest, f.fsr_id
+        r.variant, r.numerics_version, r.plugins_digest, f.fsr_id,
+        f.fsr_digest
     FROM campaign_case c
     JOIN test_case t ON t.digest = c.test_case_digest
     JOIN scenario s ON s.digest = t.scenario_digest
@@ -127,9 +128,9 @@ class Again(Door):
             )
             for _, items in groupby(found, key=itemgetter(0)):
                 rows = list(items)
-                _, *names, backend, variant, version, plugins, _ = rows[0]
+                _, *names, backend, variant, version, plugins, _, _ = rows[0]
                 engine = EngineKey(backend, variant, version, plugins)
-                told: Any = (*names, engine, tuple(row[-1] for row in rows))
+                told: Any = (*names, engine, {row[-2]: row[-1] for row in rows})
                 yield StoredEvidence(*told)
 
     def judged(self, numbers: Sequence[int]) -> dict[int, set[str]]:

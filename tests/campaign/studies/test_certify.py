@@ -38,7 +38,7 @@ from adeye.store.repository import Repository
 from adeye.trace import LINK_TICKS
 from tests.campaign.work import perform
 from tests.conftest import MakeProject
-from tests.project import CANDIDATE, CANDIDATE_ONLY, Project, one_scenario
+from tests.project import CANDIDATE, CANDIDATE_ONLY, CONCEPT, Project, count_rows, one_scenario
 from tests.project import Executed as Campaign
 from tests.sql import alter
 from tests.stored import known, stored
@@ -152,6 +152,21 @@ def test_altered_metric_is_named_and_other_arithmetic_is_no_nondeterminism(
     alter(db, "UPDATE run SET numerics_version = 1")
     with pytest.raises(UsageError, match=r"numerics version 1, executed it; this is"):
         certify(db, str(project.odd))
+
+
+@pytest.mark.slow
+def test_verdicts_are_compared_by_the_requirements_that_are_stored(
+    make_project: MakeProject, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(certificates, "CONDITIONS", FEW)
+    project = braking(make_project)
+    project.run()
+    with project.edited(CONCEPT) as concept:
+        first = {**concept["requirements"][0], "formula": "always(ego.speed <= 20 km/h)"}
+        concept["requirements"] = [first]
+    found = certify(project.db, str(project.odd))
+    assert found.is_certified
+    assert found.verdicts == count_rows(project.db, "verdict") > 1
 
 
 def test_nothing_is_certified_whose_verdicts_are_not_as_written(

@@ -15,6 +15,7 @@ from adeye.campaign import run as runner
 from adeye.campaign.plan import CampaignPlan
 from adeye.campaign.replay import describe_run, replay_run, rerun
 from adeye.campaign.selection import Choice, Shard
+from adeye.campaign.stale import Staleness, find_stale
 from adeye.campaign.studies import half_step as halving
 from adeye.campaign.studies.forks import fork_run
 from adeye.campaign.studies.half_step import twin_of, uncertainty_table
@@ -46,6 +47,7 @@ from tests.stored import known
 
 SPEEDS = ["80 km/h", "100 km/h", "120 km/h"]
 GAPS = ["20 m", "30 m", "40 m", "50 m", "60 m"]
+BRAKINGS = {"from": "3 m/s^2", "to": "6 m/s^2", "step": "0.25 m/s^2"}
 UNASKED = one_scenario(ego_speed=SPEEDS, gap=GAPS)
 SAMPLED = {"uncertainty": {"situations": 12}}
 ASKED: dict[str, Any] = {**UNASKED, **SAMPLED}
@@ -97,7 +99,8 @@ def test_unrelated_edits_leave_the_sample(make_project: MakeProject) -> None:
     before = chosen(project.plan())
     with project.edited_odd() as odd:
         odd["title"] = "Another title"
-        odd["scenarios"] = [MINI["scenarios"][1], *odd["scenarios"]]
+        other = {**MINI["scenarios"][1], "sweep": {"parameters": {"deceleration": BRAKINGS}}}
+        odd["scenarios"] = [other, *odd["scenarios"]]
         odd["scenarios"][1]["faults"] = ["front_camera_out"]
         odd["faults"] = MINI["faults"][:1]
         odd["architectures"] = odd["architectures"][::-1]
@@ -365,7 +368,12 @@ def test_asking_later_executes_only_twins(asked: Executed, make_project: MakePro
     assert lines(project) == []
     with project.edited_odd() as odd:
         odd["uncertainty"] = ASKED["uncertainty"]
+    asked_for = staleness(project)
+    assert {item.cause for item in asked_for.stale} == {"uncertainty"}
+    assert (asked_for.counts, asked_for.there) == (0, 0)
+    assert (asked_for.to_judge, asked_for.to_replay, asked_for.to_execute) == (RUNS, 0, TWINS)
     later = project.run()
+    assert staleness(project).counts == staleness(project).there == asked_for.planned
     assert (later.executed, later.reused, later.judged, later.twins) == (0, RUNS, RUNS, TWINS)
     assert later.campaign != plain.campaign
     assert lines(project) == lines(asked.project)
@@ -386,6 +394,11 @@ def test_odd_that_does_not_ask_is_the_content_that_it_was(make_project: MakeProj
     assert "uncertainty" not in plan.record().odd.content["odd"]
     assert plan.samples == ()
     assert not any(item.judged for item in plan.record().fsrs)
+
+
+def staleness(project: Project) -> Staleness:
+    with Repository.open(project.db, create=False) as repository:
+        return find_stale(repository, project.plan(), known(repository.latest_campaign()))
 
 
 # --- interruption and failure
@@ -449,19 +462,8 @@ def test_twin_that_cannot_be_executed_leaves_nothing_judged(
     assert verdicts(project) == verdicts(asked.project)
 
 
-@pytest.mark.slow
-def test_situations_too_few_for_an_uncertainty(tmp_path: Path) -> None:
-    project = Project(tmp_path, {**one_scenario(ego_speed=SPEEDS, gap=GAPS[:3]), **SAMPLED})
-    project.run()
-    found = lines(project)
-    assert {line[5] for line in found} <= set(range(10))
-    assert {line[9] for line in found} == {None}
-    details = rows(project.db, "SELECT DISTINCT detail FROM v_verdicts")
-    assert not any("numeric uncertainty" in (detail or "") for (detail,) in details)
-
-
 def test_empty_shard_has_nothing_to_do(tmp_path: Path) -> None:
-    project = Project(tmp_path, {**one_scenario(gap=GAPS[:2]), **SAMPLED})
+    project = Project(tmp_path, ASKED)
     session = runner.Session(choice=Choice(shard=Shard(3, 3)))
     summary = runner.run_campaign(project.plan(), db=project.db, session=session)
     assert (summary.selected, summary.executed, summary.twins) == (0, 0, 0)
