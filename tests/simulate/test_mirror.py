@@ -135,7 +135,7 @@ def test_pixels_turn_about_the_middle_of_the_image() -> None:
     fault = FAULT.validate_python(dead, context=SI)
     case = TestCase(
         *("s", scenario, {}, architecture, (fault,), "f"),
-        *(0, 1, 0.05, {}, True, Attributes()),
+        *(1, 0.05, Attributes(), 0, {}, True),
     )
     (driven,) = as_driven([case])
     camera: Any = driven.architecture.sensors["c"]

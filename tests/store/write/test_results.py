@@ -321,7 +321,7 @@ def test_evidence_is_what_was_judged(store: Store) -> None:
     campaign = store.campaign(4)
     found = list(store.repository.again.evidence(campaign))
     assert len(found) == 4
-    assert {item.fsrs for item in found} == {("FSR1", "FSR2")}
+    assert {tuple(item.fsrs) for item in found} == {("FSR1", "FSR2")}
     numbers = store.repository.again.numbers([item.result for item in found])
     judged = store.repository.again.judged(list(numbers.values()))
     assert all(store.example.fsr_digest("FSR1") in digests for digests in judged.values())
