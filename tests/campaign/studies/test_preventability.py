@@ -183,6 +183,23 @@ def test_what_no_model_avoids_does_not_block(project: Project, found: Preventabi
     assert line.verdict is Verdict.FAIL
 
 
+def test_withdrawn_drive_excuses_nothing(
+    project: Project, found: Preventability, driven: Path
+) -> None:
+    db = Path(shutil.copyfile(driven, project.folder / "withdrawn.db"))
+    drive = next(
+        item.drive for item in found.comparisons if item.cell == "neither" and item.model == "cc"
+    )
+    with Repository.open(db, create=False) as repository:
+        assert repository.evidence.withdraw(drive, author="me", reason="wrong map")
+    summary = project.run(db=db.name)
+    assert summary.exit_code is ExitCode.FAILED
+    assert "not known to be unpreventable by cc" in summary.message
+    again = prevent(db, models=("cc",), everything=True)
+    cells = {item.cell for item in again.comparisons if item.drive == drive}
+    assert cells == {"unknown"}
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("gate", "by", "code"),
