@@ -31,7 +31,14 @@ from adeye.spec.quantity import SI
 from adeye.store.location import option
 from adeye.store.read.bulk import Figures
 from adeye.store.read.checking import PLAN_RULES, check_campaign
-from adeye.store.read.totals import Total, channel_failures, gate_code, totals
+from adeye.store.read.totals import (
+    Total,
+    channel_failures,
+    gate_code,
+    in_gate,
+    preventable_by,
+    totals,
+)
 from adeye.store.records import CampaignInfo, FsrStatus, RunRef, VerdictRecord
 from adeye.store.repository import Repository
 from adeye.store.rules import RULES
@@ -244,9 +251,15 @@ class ReportBuilder:
     # Verdicts
 
     def _cells(self) -> Iterable[Cell]:
+        aside: dict[tuple[str, str], str] = {}
+        models = preventable_by(self.repository, self.campaign)
         for total in totals(self.repository, self.campaign):
-            yield self._total(total)
+            cell = self._total(total, models)
+            if cell.is_set_aside:
+                aside[cell.fsr, cell.architecture] = cell.note
+            yield cell
         for item in self.status:
+            key = item.fsr, item.architecture
             if item.scenario and item.is_applicable:
                 worst = self.repository.worst_runs(
                     self.campaign.id,
@@ -256,19 +269,30 @@ class ReportBuilder:
                     limit=1,
                 )
                 run, record = worst[0] if worst else (None, None)
+                is_aside = key in aside and item.verdict is Verdict.FAIL
                 yield Cell.of(
                     item,
                     counts={key: count for key, count in item.counts.items() if count},
                     runs=sum(item.counts.values()),
                     min_exercised=1,
-                    note="",
+                    note=aside[key] if is_aside else "",
+                    is_set_aside=is_aside,
                     **self._worst(run, record),
                 )
 
-    def _total(self, total: Total) -> Cell:
+    def _total(self, total: Total, models: Sequence[str]) -> Cell:
         run, record = total.worst or (None, None)
         none = {} if total.verdict is not None else {"counts": {}, "exercised": 0, "runs": 0}
-        return Cell.of(total, scenario=None, **none, **self._worst(run, record))
+        decides = total.is_in_gate and total.is_mandatory
+        verdict, why = in_gate(self.repository, self.campaign, total, models if decides else ())
+        return Cell.of(
+            total,
+            scenario=None,
+            note=why or total.note,
+            is_set_aside=total.verdict is Verdict.FAIL and verdict is Verdict.PASS,
+            **none,
+            **self._worst(run, record),
+        )
 
     def _worst(self, run: RunRef | None, record: VerdictRecord | None) -> dict[str, Any]:
         if run is None or record is None:

@@ -164,7 +164,9 @@ def _verdict(fsr: Fsr, architecture: Architecture, cell: Cell | None, command: s
         subject=fsr.id,
         architecture=architecture.id,
         text=text,
-        decides=fsr.mandatory and architecture.is_gate,
+        decides=fsr.mandatory
+        and architecture.is_gate
+        and not (cell is not None and cell.is_set_aside),
         command=command if cell is None else cell.command,
     )
 

@@ -16,6 +16,14 @@ JUDGED: Final = """f.campaign_id = c.campaign_id AND f.architecture = c.architec
 """That an FSR ``f`` of a campaign is judged on a case ``c`` of it, inside or outside the ODD."""
 
 
+def standing(*digests: str) -> str:
+    """Write the condition that nobody has withdrawn the results that some columns name."""
+    return (
+        "NOT EXISTS (SELECT 1 FROM withdrawal x "  # noqa: S608 - own names
+        f"WHERE x.result_digest IN ({', '.join(digests)}))"
+    )
+
+
 JUDGED_CASES: Final = f"""campaign_case c JOIN campaign_fsr f ON {JUDGED}
     JOIN run r ON r.result_digest = c.result_digest
     JOIN verdict v ON v.run_number = r.number AND v.fsr_digest = f.fsr_digest"""

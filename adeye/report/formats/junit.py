@@ -5,6 +5,7 @@
   also a cell that is missing or not applicable. Nothing is ever skipped.
 - VACUOUS in one scenario is neutral while the FSR passes over all scenarios: that is what a fold
   over runs means. The suite's output lists it as not exercised there.
+- A FAIL that the gate sets aside is green; the suite's output lists it with the reason.
 - One test case for each way in which a channel of the architecture failed: an error where the gate
   refuses it.
 - One suite ``campaign``: every planned test case accounted for; the exit code.

@@ -5,7 +5,8 @@ Source:
 
 A result stands at the scenario's line in the ODD, with the FSR's line in the concept beside it. It
 is an error where it decides the gate, else a warning. An FSR whose precondition never held in one
-scenario, but which passes over all of them, is ``notApplicable`` there, as for JUnit.
+scenario, but which passes over all of them, is ``notApplicable`` there, as for JUnit; so is one
+whose FAIL the gate sets aside.
 """
 
 from __future__ import annotations
@@ -249,13 +250,15 @@ def _results(report: Report) -> Iterator[SarifResult]:
 
 def _of_pair(report: Report, fsr: Fsr, architecture: Architecture) -> Iterator[SarifResult]:
     overall = report.cell(fsr.id, architecture.id)
-    passes = overall is not None and overall.verdict is Verdict.PASS
+    passes = overall is not None and overall.in_gate is Verdict.PASS
     is_shown = False
     for scenario in judged_in(report, fsr):
         cell = report.cell(fsr.id, architecture.id, scenario.id)
         if cell is not None and cell.verdict is Verdict.PASS:
             continue
-        is_neutral = passes and cell is not None and cell.verdict is Verdict.VACUOUS
+        is_neutral = (
+            passes and cell is not None and (cell.is_set_aside or cell.verdict is Verdict.VACUOUS)
+        )
         is_shown = is_shown or not is_neutral
         yield _verdict_result(report, (fsr, architecture, scenario), cell, is_neutral=is_neutral)
     if not passes and not is_shown:

@@ -115,6 +115,13 @@ class Cell(Part):
     command: str
     """Reproduces the worst run, or lists the runs."""
     note: str = ""
+    is_set_aside: bool = False
+    """Whether a FAIL does not block the gate; the note says why."""
+
+    @property
+    def in_gate(self) -> Verdict | None:
+        """What the gate takes for the verdict."""
+        return Verdict.PASS if self.is_set_aside else self.verdict
 
     @property
     def exercised_text(self) -> str:
@@ -126,6 +133,8 @@ class Cell(Part):
         where = f"{self.fsr}, {self.architecture}, {self.scenario or 'all scenarios'}"
         if sum(self.counts.values()) != self.runs or self.exercised > self.runs:
             yield f"{where}: {self.runs} runs, but counts {self.counts}, {self.exercised} exercised"
+        if self.is_set_aside and self.verdict is not Verdict.FAIL:
+            yield f"{where}: {self.verdict} is set aside"
         if self.verdict is not Verdict.FAIL and self.counts.get(Verdict.FAIL, 0) > 0:
             yield f"{where}: {self.verdict} over a failed run"
         if self.verdict is Verdict.PASS and self.counts.get(Verdict.PASS, 0) == 0:
@@ -334,7 +343,7 @@ class Report(Part):
         return self.cells, index
 
     def verdict_of(self, architecture: str) -> Verdict:
-        """Fold the mandatory FSRs of an architecture.
+        """Fold the mandatory FSRs of an architecture, a FAIL that is set aside as PASS.
 
         An FSR without a cell is NOT_RUN; one that is not applicable is an ERROR for an architecture
         in the gate and NOT_RUN for the others: it never counts as PASS.
@@ -347,10 +356,10 @@ class Report(Part):
             cell = self.cell(fsr.id, architecture)
             if cell is None:
                 verdicts.append(Verdict.NOT_RUN)
-            elif cell.verdict is None:
+            elif cell.in_gate is None:
                 verdicts.append(Verdict.ERROR if in_gate else Verdict.NOT_RUN)
             else:
-                verdicts.append(cell.verdict)
+                verdicts.append(cell.in_gate)
         return fold_fsrs(verdicts)
 
 

@@ -325,6 +325,16 @@ def campaign_sums(connection: Connection, campaign: str) -> dict[str, tuple[int,
 # --- What vouches for results: roots of campaigns, who executed them, and results withdrawn -------
 
 
+_RESTS_ON: Final = """(
+    SELECT result_digest FROM campaign_case WHERE campaign_id = ?
+    UNION SELECT h.result_digest FROM half_step h
+    JOIN campaign_case c ON c.result_digest = h.origin_digest
+    JOIN uncertainty u ON u.campaign_id = c.campaign_id AND u.scenario = c.scenario
+        AND u.architecture = c.architecture
+    WHERE c.campaign_id = ?)"""
+"""Results that the verdicts of a campaign rest on."""
+
+
 @dataclass(frozen=True, slots=True)
 class Session:
     """One command that worked on a campaign.
@@ -535,13 +545,16 @@ class Evidence(Door):
             return True
 
     def withdrawals(self, campaign: str | None = None) -> tuple[Withdrawal, ...]:
-        """List withdrawn results, those of one campaign if its id is given."""
+        """List withdrawn results, those of one campaign if its id is given.
+
+        A campaign has its twins with half the step as well: its margins rest on them.
+        """
         query = "SELECT * FROM withdrawal"
         given: tuple[str, ...] = ()
         if campaign is not None:
             query += " WHERE result_digest IN "
-            query += "(SELECT result_digest FROM campaign_case WHERE campaign_id = ?)"
-            given = (campaign,)
+            query += _RESTS_ON
+            given = (campaign, campaign)
         found = self._ask(f"{query} ORDER BY number", *given)
         return tuple(of_row(Withdrawal, item._mapping) for item in found)
 

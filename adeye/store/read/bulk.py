@@ -26,6 +26,7 @@ from adeye.signals import Bools, Floats, Ints
 from adeye.spec.odd import Attributes, CoverageBins
 from adeye.spec.quantity import SI
 from adeye.spec.scenario import LogicalScenario
+from adeye.store.cases import standing
 from adeye.store.catalogue import is_server
 from adeye.store.location import Place
 from adeye.store.postgres import translated
@@ -645,7 +646,7 @@ class ExecutedRuns:
 
 
 def executed_runs(place: Place, campaign: str) -> ExecutedRuns:
-    """Read what a campaign executed.
+    """Read what a campaign executed; a case whose result is withdrawn has none.
 
     Args:
         place: The database, of the current schema.
@@ -655,10 +656,10 @@ def executed_runs(place: Place, campaign: str) -> ExecutedRuns:
     planned = without = unjudged = outside = 0
     with opened(place) as connection:
         for scenario, parameters, inside, outcome in connection.exec_driver_sql(
-            "SELECT t.scenario_digest, t.parameters, c.inside_odd, r.outcome FROM campaign_case c "
+            "SELECT t.scenario_digest, t.parameters, c.inside_odd, r.outcome FROM campaign_case c "  # noqa: S608 - own names
             "JOIN test_case t ON t.digest = c.test_case_digest "
             "LEFT JOIN run r ON r.result_digest = c.result_digest "
-            "WHERE c.campaign_id = ? ORDER BY c.ordinal",
+            f"AND {standing('c.result_digest')} WHERE c.campaign_id = ? ORDER BY c.ordinal",
             (campaign,),
         ):
             planned += 1

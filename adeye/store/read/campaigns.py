@@ -17,7 +17,7 @@ from adeye.judge.verdict import Verdict
 from adeye.notices import notice
 from adeye.store import catalogue as catalog
 from adeye.store import records, schema, tables
-from adeye.store.cases import JUDGED, JUDGED_CASES
+from adeye.store.cases import JUDGED, JUDGED_CASES, standing
 from adeye.store.encoding import stored_rows
 from adeye.store.location import Location
 from adeye.store.owner import clock_now, is_abandoned
@@ -552,13 +552,14 @@ class Executed:
 
 
 def executed_once(connection: Connection, campaign_id: str) -> list[Executed]:
-    """List the executed runs of a campaign, each once, in the order of the plan."""
+    """List the executed runs of a campaign, each once, in the order of the plan; none withdrawn."""
     found = connection.exec_driver_sql(
-        "SELECT c.*, t.fault_entry, r.realised, r.machine_dependent, m.contact, m.contact_status, "
+        "SELECT c.*, t.fault_entry, r.realised, r.machine_dependent, m.contact, m.contact_status, "  # noqa: S608 - own names
         "m.max_required_deceleration_mps2 FROM campaign_case c "
         "JOIN test_case t ON t.digest = c.test_case_digest "
         "JOIN run r ON r.result_digest = c.result_digest "
-        "JOIN metric m ON m.run_number = r.number WHERE c.campaign_id = ? ORDER BY c.ordinal",
+        "JOIN metric m ON m.run_number = r.number "
+        f"WHERE c.campaign_id = ? AND {standing('c.result_digest')} ORDER BY c.ordinal",
         (campaign_id,),
     )
     runs: dict[str, Row[Any]] = {}
@@ -585,11 +586,12 @@ def contact_of(value: Any, status: str, realised: Any) -> bool | None:
 
 
 def contacts(connection: Connection, campaign_id: str) -> dict[str, int]:
-    """Count the runs that a contact ended, by architecture."""
+    """Count the runs that a contact ended, by architecture; none withdrawn."""
     found = connection.exec_driver_sql(
-        "SELECT c.architecture, COUNT(*) "
+        "SELECT c.architecture, COUNT(*) "  # noqa: S608 - own names
         "FROM run r CROSS JOIN campaign_case c ON c.result_digest = r.result_digest "
-        "WHERE r.end_reason = 'contact' AND c.campaign_id = ? GROUP BY 1 ORDER BY 1",
+        f"WHERE r.end_reason = 'contact' AND c.campaign_id = ? AND {standing('c.result_digest')} "
+        "GROUP BY 1 ORDER BY 1",
         (campaign_id,),
     )
     return {item[0]: int(item[1]) for item in found}

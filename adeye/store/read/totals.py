@@ -441,13 +441,8 @@ def gate_code(
         if not (item.is_in_gate and item.is_mandatory):
             continue
         # An FSR that cannot be judged for an architecture in the gate is never green.
-        verdict, note = item.verdict or Verdict.ERROR, ""
-        text = f"{item.fsr} {verdict} for {item.architecture}"
-        if verdict is Verdict.FAIL and models:
-            verdict, note = without_unpreventable(
-                repository, campaign, item.fsr, item.architecture, models
-            )
-            verdict = asked_for(verdict, item.never_held)
+        text = f"{item.fsr} {item.verdict or Verdict.ERROR} for {item.architecture}"
+        verdict, note = in_gate(repository, campaign, item, models)
         verdicts[item.architecture].append(verdict)
         if verdict is not Verdict.PASS:
             why = _why(repository, campaign, item)
@@ -472,6 +467,16 @@ def gate_code(
     beside += [f"fault {name} {reason}" for name, reason in idle_faults((), injected)]
     also = [*contacts_in_words(repository, campaign), *beside, *map(str, told)]
     return code, _passed(campaign, aside, also)
+
+
+def in_gate(
+    repository: Repository, campaign: CampaignInfo, item: Total, models: Sequence[str]
+) -> tuple[Verdict, str]:
+    """Return what the gate takes for the verdict of an FSR, and why, if it is not its own."""
+    if item.verdict is not Verdict.FAIL or not models:
+        return item.verdict or Verdict.ERROR, ""
+    verdict, note = without_unpreventable(repository, campaign, item.fsr, item.architecture, models)
+    return asked_for(verdict, item.never_held), note
 
 
 def _unasked(verdicts: Mapping[str, Sequence[Verdict]]) -> list[str]:

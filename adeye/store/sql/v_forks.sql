@@ -9,4 +9,5 @@ JOIN campaign_case c ON c.result_digest = f.origin_digest
 JOIN test_case t ON t.digest = c.test_case_digest
 LEFT JOIN takeover o ON o.fork_digest = f.result_digest AND o.version = (
     SELECT MAX(x.version) FROM takeover x WHERE x.fork_digest = f.result_digest)
-WHERE NOT EXISTS (SELECT 1 FROM withdrawal y WHERE y.result_digest = c.result_digest)
+WHERE NOT EXISTS (SELECT 1 FROM withdrawal y
+    WHERE y.result_digest IN (c.result_digest, f.result_digest))

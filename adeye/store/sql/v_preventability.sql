@@ -12,3 +12,5 @@ JOIN campaign_case c ON c.result_digest = b.result_digest
 JOIN test_case t ON t.digest = c.test_case_digest
 WHERE b.version = (SELECT MAX(x.version) FROM benchmark x
     WHERE x.result_digest = b.result_digest AND x.model = b.model AND x.edition = b.edition)
+    AND NOT EXISTS (SELECT 1 FROM withdrawal y
+        WHERE y.result_digest IN (b.result_digest, b.drive_digest))

@@ -133,10 +133,16 @@ def _uncertainty_row(campaign: str, item: UncertaintyRecord) -> Row:
 
 
 def read_uncertainty(connection: Connection, campaign: str) -> tuple[UncertaintyRecord, ...]:
-    """Return what halving the step changed; empty if the campaign did not ask."""
+    """Return what halving the step changed; empty if the campaign did not ask.
+
+    Of a sample with a withdrawn run the uncertainty is unknown.
+    """
     found = connection.exec_driver_sql(
-        "SELECT * FROM uncertainty WHERE campaign_id = ? "
-        "ORDER BY scenario, architecture, kind, name, unit",
+        "SELECT v.*, u.fsr_digest, u.judged_digest FROM v_uncertainty v "
+        "JOIN uncertainty u ON u.campaign_id = v.campaign AND u.scenario = v.scenario "
+        "AND u.architecture = v.architecture AND u.kind = v.kind AND u.name = v.name "
+        "AND u.unit = v.unit WHERE v.campaign = ? "
+        "ORDER BY v.scenario, v.architecture, v.kind, v.name, v.unit",
         (campaign,),
     ).mappings()
     return tuple(

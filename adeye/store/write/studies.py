@@ -24,7 +24,7 @@ from adeye.judge.preventability import BENCHMARK_VERSION, TAKEOVERS_VERSION, Com
 from adeye.judge.timeline import TIMELINE_VERSION, Injection, Timeline
 from adeye.store import tables
 from adeye.store.block import RunBlock
-from adeye.store.cases import JUDGED_CASES
+from adeye.store.cases import JUDGED_CASES, standing
 from adeye.store.database import Door, Part, reading, writing
 from adeye.store.encoding import Row, json_text
 from adeye.store.evidence.roots import Certificates
@@ -72,13 +72,15 @@ def save_forks(connection: Connection, forks: Sequence[ForkRecord], block: RunBl
 
 # --- Keep drives of reference drivers beside the campaigns, and find them -------------------------
 
-_COMPARED = """
+# A drive that was withdrawn tells nothing, so that its cell is unknown.
+_COMPARED = f"""
 SELECT c.campaign_id, c.ordinal, c.scenario, c.architecture, t.fault_entry, b.result_digest AS run,
     b.model, b.edition, b.drive_digest AS drive,
     m.contact, m.contact_status, m.contact_actor, r.realised, m.impact_speed_mps,
     n.contact AS drive_contact, n.contact_status AS drive_contact_status,
     n.contact_actor AS drive_contact_actor,
-    d.realised AS drive_realised, n.impact_speed_mps AS drive_impact_speed_mps
+    CASE WHEN {standing("b.drive_digest")} THEN d.realised ELSE 0 END AS drive_realised,
+    n.impact_speed_mps AS drive_impact_speed_mps
 FROM benchmark b
 JOIN run r ON r.result_digest = b.result_digest
 JOIN metric m ON m.run_number = r.number
@@ -87,13 +89,14 @@ JOIN metric n ON n.run_number = d.number
 JOIN test_case a ON a.digest = d.test_case_digest
 JOIN campaign_case c ON c.result_digest = b.result_digest
 JOIN test_case t ON t.digest = c.test_case_digest AND t.situation_digest = a.situation_digest
-WHERE c.campaign_id = ? AND b.version = ?
-ORDER BY c.ordinal, b.model, b.edition"""
+WHERE c.campaign_id = ? AND b.version = ? AND {standing("c.result_digest")}
+ORDER BY c.ordinal, b.model, b.edition"""  # noqa: S608 - own names
 
 _FAILED = f"""SELECT c.ordinal, c.result_digest, v.signal FROM {JUDGED_CASES}
-WHERE c.campaign_id = ? AND f.fsr_id = ? AND c.architecture = ? AND v.verdict = 'FAIL'"""  # noqa: S608 - the condition is a constant of this package
+WHERE c.campaign_id = ? AND f.fsr_id = ? AND c.architecture = ? AND v.verdict = 'FAIL'
+    AND {standing("c.result_digest")}"""  # noqa: S608 - the condition is a constant of this package
 
-_OPEN = """
+_OPEN = f"""
 SELECT COUNT(DISTINCT c.result_digest)
 FROM campaign_case c
 JOIN run r ON r.result_digest = c.result_digest
@@ -101,7 +104,8 @@ JOIN metric m ON m.run_number = r.number
 WHERE c.campaign_id = ?
     AND (m.contact_status <> 'value' OR m.contact IS NULL OR m.contact <> 0.0 OR r.realised = 0)
     AND NOT EXISTS (SELECT 1 FROM benchmark b
-        WHERE b.result_digest = c.result_digest AND b.version = ?)"""
+        WHERE b.result_digest = c.result_digest AND b.version = ?)
+    AND {standing("c.result_digest")}"""  # noqa: S608 - own names
 
 
 @dataclass(frozen=True, slots=True)
@@ -311,11 +315,10 @@ class Hindsight(Door):
     def injections(self, campaign: str) -> tuple[Injection, ...]:
         """Give what is known of the faults of a campaign's runs, by run; none withdrawn."""
         found = self._ask(
-            "SELECT c.scenario, c.architecture, t.fault_entry, i.* FROM injection i "
+            "SELECT c.scenario, c.architecture, t.fault_entry, i.* FROM injection i "  # noqa: S608 - own names
             "JOIN campaign_case c ON c.result_digest = i.result_digest "
             "JOIN test_case t ON t.digest = c.test_case_digest "
-            "WHERE c.campaign_id = ? AND i.version = ? AND NOT EXISTS "
-            "(SELECT 1 FROM withdrawal y WHERE y.result_digest = c.result_digest) "
+            f"WHERE c.campaign_id = ? AND i.version = ? AND {standing('c.result_digest')} "
             "ORDER BY i.result_digest",
             *(campaign, TIMELINE_VERSION),
         )
@@ -356,14 +359,13 @@ class Hindsight(Door):
     def takeovers(self, campaign: str) -> tuple[TakeoverLine, ...]:
         """Give what is known of the decisions of a campaign's runs, by run; none withdrawn."""
         found = self._ask(
-            "SELECT f.origin_digest, o.fork_digest, c.scenario, c.architecture, t.fault_entry, "
+            "SELECT f.origin_digest, o.fork_digest, c.scenario, c.architecture, t.fault_entry, "  # noqa: S608 - own names
             "o.class, o.takeover_s, o.violation_s, o.fork_violation_s FROM takeover o "
             "JOIN fork f ON f.result_digest = o.fork_digest "
             "JOIN campaign_case c ON c.result_digest = f.origin_digest "
             "JOIN test_case t ON t.digest = c.test_case_digest "
-            "WHERE c.campaign_id = ? AND o.version = ? AND NOT EXISTS "
-            "(SELECT 1 FROM withdrawal y WHERE y.result_digest = c.result_digest) "
-            "ORDER BY f.origin_digest",
+            "WHERE c.campaign_id = ? AND o.version = ? "
+            f"AND {standing('c.result_digest', 'f.result_digest')} ORDER BY f.origin_digest",
             *(campaign, TAKEOVERS_VERSION),
         )
         known = {item[0]: TakeoverLine(*item) for item in found}

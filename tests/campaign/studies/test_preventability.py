@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 from collections import Counter
 from pathlib import Path
@@ -15,9 +16,12 @@ from adeye.campaign.studies.preventability import Preventability, prevent, refer
 from adeye.errors import InputError, IntegrityError, UsageError
 from adeye.judge.preventability import CELLS
 from adeye.judge.verdict import ExitCode, Verdict
+from adeye.report.formats.junit import render_junit
+from adeye.report.formats.sarif import render_sarif
 from adeye.store.repository import Repository
 from tests.preventing import project_of_cut_ins
 from tests.project import Project
+from tests.report.pages import built
 from tests.sql import alter
 from tests.store.rows import result_table_hash
 from tests.stored import known
@@ -181,6 +185,35 @@ def test_what_no_model_avoids_does_not_block(project: Project, found: Preventabi
     assert f"not blocking: unpreventable by cc ({unpreventable} runs)" in summary.message
     (line,) = (item for item in summary.verdicts if item.architecture == "camera_radar")
     assert line.verdict is Verdict.FAIL
+    report = built(project.folder / "driven.db")
+    cell = known(report.cell("FSR-01", "camera_radar"))
+    assert (cell.verdict, cell.is_set_aside) == (Verdict.FAIL, True)
+    assert report.exit_code is ExitCode.OK
+    assert "not blocking: unpreventable by cc" in cell.note
+    assert not any(item.decides for item in report.open_points)
+    junit = render_junit(report).decode()
+    assert cell.note in junit
+    assert "<failure" not in junit
+    assert "<error" not in junit
+    [log] = json.loads(render_sarif(report))["runs"]
+    assert "error" not in {item["level"] for item in log["results"]}
+
+
+def test_withdrawn_drive_excuses_nothing(
+    project: Project, found: Preventability, driven: Path
+) -> None:
+    db = Path(shutil.copyfile(driven, project.folder / "withdrawn.db"))
+    drive = next(
+        item.drive for item in found.comparisons if item.cell == "neither" and item.model == "cc"
+    )
+    with Repository.open(db, create=False) as repository:
+        assert repository.evidence.withdraw(drive, author="me", reason="wrong map")
+    summary = project.run(db=db.name)
+    assert summary.exit_code is ExitCode.FAILED
+    assert "not known to be unpreventable by cc" in summary.message
+    again = prevent(db, models=("cc",), everything=True)
+    cells = {item.cell for item in again.comparisons if item.drive == drive}
+    assert cells == {"unknown"}
 
 
 @pytest.mark.slow

@@ -10,6 +10,9 @@ import pytest
 
 from adeye.errors import IntegrityError
 from adeye.judge.timeline import Timeline
+from adeye.judge.verdict import ExitCode
+from adeye.store.read.bulk import executed_runs
+from adeye.store.read.totals import gate_code
 from adeye.store.records import BlockCase
 from adeye.store.repository import Repository
 from adeye.store.write import studies as benchmarks
@@ -196,6 +199,44 @@ def test_withdrawn_run_is_none_of_those_whose_faults_and_forks_are_counted(store
     assert (found.run,) not in map(tuple, store.rows(seen))
     assert store.repository.hindsight.injections(campaign) == ()
     assert store.repository.hindsight.takeovers(campaign) == ()
+
+
+def test_withdrawn_run_has_no_result_in_what_lists_executed_runs(store: Store) -> None:
+    campaign = store.campaign(4)
+    known = store.repository.hindsight
+    first, *others = known.executed(campaign)
+    assert store.repository.evidence.withdraw(first.result_digest, author="me", reason="wrong map")
+    assert known.executed(campaign) == others
+    assert first not in [item.run for item in known.benchmarks.candidates(campaign)]
+    assert executed_runs(store.repository.location, campaign).without_result == 1
+    assert store.rows("SELECT rule FROM v_check WHERE rule = 'not_run'")
+
+
+def test_withdrawn_fork_tells_no_decision(store: Store) -> None:
+    campaign = store.campaign(4)
+    _, line = store.hindsight(campaign)
+    assert store.repository.evidence.withdraw(line.fork, author="me", reason="wrong map")
+    assert store.repository.hindsight.takeovers(campaign) == ()
+    assert not store.rows("SELECT run FROM v_forks")
+
+
+def test_sample_with_a_withdrawn_twin_tells_no_uncertainty(store: Store) -> None:
+    campaign = store.campaign(4)
+    store.halved(campaign)
+    info = store.repository.find_campaign(campaign)
+    (twin,) = next(iter(store.rows("SELECT result_digest FROM half_step")))
+    assert "withdrawn" not in gate_code(store.repository, info)[1]
+    assert store.repository.evidence.withdraw(twin, author="me", reason="wrong map")
+    (line,) = store.repository.hindsight.half_steps.uncertainty(campaign)
+    assert (line.difference.pairs, line.difference.uncertainty) == (10, None)
+    assert [item.result_digest for item in store.repository.evidence.withdrawals(campaign)] == [
+        twin
+    ]
+    code, why = gate_code(store.repository, info)
+    assert code is ExitCode.INCOMPLETE
+    assert "1 results are withdrawn" in why
+    other = store.campaign(8)
+    assert store.repository.evidence.withdrawals(other) == ()
 
 
 # --- twins with half the step and what they told: kept once, refused when they contradict
