@@ -161,8 +161,9 @@ def _files(loaded: Loaded[Architecture]) -> Iterator[ReadFile]:
                     remedy="Name each file once.",
                 )
             # The first word that names a file is the program or its script.
-            is_script = isinstance(spec, ProcessChannel) and not found
-            found[file.path] = spec.parameters.command[0] if is_script else ""
+            found[file.path] = ""
+            if len(found) == 1 and isinstance(spec, ProcessChannel):
+                found[file.path] = spec.parameters.command[0]
             yield file
         # What Python finds beside its program is a part of it, listed or not.
         with placed(loaded.locate(("channels", channel)), f"channel {channel}: "):
