@@ -36,6 +36,15 @@ def canonical_json(value: Any) -> bytes:
     return _dumps(_plain(value)).encode()
 
 
+def canonical(value: Any) -> Any:
+    """Return a value as its canonical JSON says it: what is identified alike is handed over alike.
+
+    >>> canonical({"b": (-0.0,), "a": 1})
+    {'a': 1, 'b': [0.0]}
+    """
+    return json.loads(canonical_json(value))
+
+
 def digest(value: Any) -> str:
     """Hash a value's canonical JSON with sha256, in hex."""
     return digest_bytes(canonical_json(value))

@@ -12,12 +12,14 @@ import hashlib
 import importlib.util
 import os
 import re
+import struct
 import sys
 import sysconfig
 import time
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from functools import cache, lru_cache
-from importlib.machinery import SourceFileLoader, all_suffixes
+from glob import escape
+from importlib.machinery import ModuleSpec, SourceFileLoader, all_suffixes
 from importlib.metadata import distribution, packages_distributions, requires
 from pathlib import Path
 from types import ModuleType
@@ -107,18 +109,81 @@ _MOST_SOURCE: Final = 1 << 20
 """Larger files that do not end in .py are data [bytes]."""
 
 
-def imports_beside(program: Path) -> list[Path]:
-    """List the sources in the folder of a program that it imports, and those that these import."""
-    # A program need not end in .py; what is no Python imports nothing.
-    is_source = program.suffix == ".py" or program.stat().st_size <= _MOST_SOURCE
+_IMPORTABLE: Final = (".py", ".pyc", ".so")
+"""Endings of what a Python imports, whichever its version."""
+_UNCHECKED: Final = b"\1\0\0\0"
+"""Flags, behind its magic number, of byte code whose source nobody asks for (PEP 552)."""
+_WORD: Final = 0xFFFFFFFF
+_MODULE: Final = re.compile(r"(\w+)(\.pyc?|(\.[\w-]+)?\.so)?")
+"""Name of a package or module with its ending, which may name the version."""
+
+
+def imports_beside(program: Path, by: str = "") -> list[Path]:
+    """List what is in the folder of a program that it imports, and what that imports.
+
+    Where that cannot be read, as of compiled code or in the syntax of another version, it is all
+    that can be imported.
+
+    Args:
+        program: Any file; what is no Python imports nothing.
+        by: Name of what executes it.
+
+    Raises:
+        SpecError: The byte code beside one, which Python trusts by time and size, is of another
+            source.
+    """
+    with program.open("rb") as stream:
+        told = f"{by} {stream.readline(100)!r}"
+    is_python = program.suffix == ".py" or re.search(r"\bpy(thon|py)", told) is not None
+    # A program need not end in .py.
+    is_source = is_python or program.stat().st_size <= _MOST_SOURCE
     found, left = {program}, [program] if is_source else []
     while left:
-        for name in _imported(left.pop()):
-            package = program.parent.joinpath(name).rglob("*.py")
-            new = {path for path in (program.with_name(f"{name}.py"), *package) if path.is_file()}
-            left += new - found
-            found |= new
+        names = _imported(path := left.pop())
+        if names is None and path == program and not is_python:
+            break
+        new = _importable(program.parent, names) - found
+        left += new
+        found |= new
+    for path in sorted(found):
+        _require_own_byte_code(path)
     return sorted(found - {program})
+
+
+def _importable(folder: Path, names: frozenset[str] | None) -> set[Path]:
+    """List the files of modules in a folder: of these names, or of all."""
+    places = [folder]
+    if names is not None:
+        known = ((_MODULE.fullmatch(path.name), path) for path in folder.iterdir())
+        places = [path for name, path in known if name is not None and name[1] in names]
+    files = (*places, *(path for _, path in package_files(places)))
+    return {path for path in files if path.suffix in _IMPORTABLE and path.is_file()}
+
+
+def _require_own_byte_code(path: Path) -> None:
+    """Refuse a source for which a Python would take byte code beside it that is not of it.
+
+    That of another version than this one's cannot be made here; it is older than what was put into
+    the place of its source.
+    """
+    state, spec = path.stat(), importlib.util.spec_from_file_location(path.stem, path)
+    by_time = struct.pack("<3I", 0, int(state.st_mtime) & _WORD, state.st_size & _WORD)
+    for kept in path.parent.glob(f"__pycache__/{escape(path.stem)}.*.pyc"):
+        head = kept.read_bytes()[4:16]
+        if not head.startswith(_UNCHECKED) and head != by_time:
+            continue
+        is_theirs = kept.stat().st_mtime >= state.st_ctime
+        if spec is not None and str(kept) == spec.cached:
+            is_theirs = _is_byte_code_of(spec, path.read_bytes())
+        if not is_theirs:
+            raise _other_byte_code("", path.stem, path)
+
+
+def _other_byte_code(before: str, name: str, path: Path) -> SpecError:
+    return SpecError(
+        f"{before}the byte code of {name} is of another source than {path}",
+        remedy=f"Delete {path.parent / '__pycache__'}.",
+    )
 
 
 def _imports(files: Iterable[File]) -> tuple[dict[str, list[File]], set[str]]:
@@ -130,7 +195,7 @@ def _imports(files: Iterable[File]) -> tuple[dict[str, list[File]], set[str]]:
         _, path = left.pop()
         if path.suffix != ".py":
             continue
-        for name in sorted(_imported(path) - found.keys()):
+        for name in sorted((_imported(path) or frozenset()) - found.keys()):
             own = _own(name)
             is_new = own is not None and inside.isdisjoint(file.resolve() for _, file in own)
             found[name] = own if is_new or own is None else []
@@ -169,7 +234,7 @@ def _plain(name: str) -> str:
     return re.sub(r"[-_.]+", "-", name).lower()
 
 
-def _imported(path: Path) -> frozenset[str]:
+def _imported(path: Path) -> frozenset[str] | None:
     try:
         state = path.stat()
     except OSError:  # whoever hashes it says so
@@ -178,12 +243,12 @@ def _imported(path: Path) -> frozenset[str]:
 
 
 @lru_cache(maxsize=4096)
-def _names_in(path: Path, *_state: int) -> frozenset[str]:
-    """Return the top levels of the modules that a source imports anywhere in it."""
+def _names_in(path: Path, *_state: int) -> frozenset[str] | None:
+    """Return the top levels of the modules that a source imports anywhere; None if unreadable."""
     try:
         tree = ast.parse(path.read_bytes())
-    except (SyntaxError, ValueError):  # refused where it is executed
-        return frozenset()
+    except (SyntaxError, ValueError):  # of a plug-in refused where it is executed
+        return None
     names: set[str] = set()
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
@@ -305,7 +370,7 @@ def _require_current(name: str, key: str, module: ModuleType, since: float | Non
     digest = hashlib.sha256(content).hexdigest()
     known = _EXECUTED.get(key)
     is_late = since is not None and max(state.st_mtime, state.st_ctime) > since
-    if known is None and not is_late and _is_byte_code_of(module, content):
+    if known is None and not is_late and _is_byte_code_of(module.__spec__, content):
         _EXECUTED[key] = known = digest
     if known == digest:
         return
@@ -314,22 +379,21 @@ def _require_current(name: str, key: str, module: ModuleType, since: float | Non
             f"{name}: {key} is in memory as it was before {path} was written",
             remedy="Start again in a new process (a notebook: a new kernel).",
         )
-    raise SpecError(
-        f"{name}: the byte code of {key} is of another source than {path}",
-        remedy=f"Delete {path.parent / '__pycache__'}.",
-    )
+    raise _other_byte_code(f"{name}: ", key, path)
 
 
-def _is_byte_code_of(module: ModuleType, content: bytes) -> bool:
+def _is_byte_code_of(spec: ModuleSpec | None, content: bytes) -> bool:
     """Tell whether what Python keeps compiled of a module is what its source compiles to."""
-    spec = module.__spec__
     loader = spec.loader if spec is not None else None
     if spec is None or not isinstance(loader, SourceFileLoader):
         return True
     if spec.cached is None or not Path(spec.cached).is_file():
         return True
-    compiled: Any = loader.source_to_code(content, str(module.__file__))
-    return bool(compiled == loader.get_code(spec.name))
+    try:
+        compiled: Any = loader.source_to_code(content, loader.path)
+        return bool(compiled == loader.get_code(spec.name))
+    except (SyntaxError, ValueError, EOFError):
+        return False
 
 
 def wall_time() -> float:

@@ -167,7 +167,7 @@ def _read(text: str, dimension: Dimension) -> float:
 
 def _finite(value: float, text: object) -> float:
     try:
-        number = float(value)
+        number = float(value) + 0.0  # no -0.0
     except OverflowError:
         number = math.inf
     if not math.isfinite(number):

@@ -148,8 +148,8 @@ def _named(architecture: Architecture, name: str) -> list[tuple[plugins.Loc, str
 
 
 def _files(loaded: Loaded[Architecture]) -> Iterator[ReadFile]:
-    for channel in loaded.spec.channels:
-        found: set[Path] = set()
+    for channel, spec in loaded.spec.channels.items():
+        found: dict[Path, str] = {}
         for loc, name in _named(loaded.spec, channel):
             where = loaded.locate(("channels", channel, *loc))
             with placed(where, f"channel {channel}: "):
@@ -160,10 +160,15 @@ def _files(loaded: Loaded[Architecture]) -> Iterator[ReadFile]:
                     where=where,
                     remedy="Name each file once.",
                 )
-            found.add(file.path)
+            # The first word that names a file is the program or its script.
+            found[file.path] = ""
+            if len(found) == 1 and isinstance(spec, ProcessChannel):
+                found[file.path] = spec.parameters.command[0]
             yield file
         # What Python finds beside its program is a part of it, listed or not.
-        for path in sorted({path for file in found for path in imports_beside(file)} - found):
+        with placed(loaded.locate(("channels", channel)), f"channel {channel}: "):
+            beside = {path for file, by in found.items() for path in imports_beside(file, by)}
+        for path in sorted(beside - found.keys()):
             name = f"{HERE}{path.relative_to(loaded.path.parent.resolve())}"
             yield plugins.read_file(f"channels.{channel}", name, loaded.path.parent)
 

@@ -10,9 +10,10 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Final, Literal, NamedTuple, get_args
 
-from pydantic import Field, StringConstraints
+from pydantic import AfterValidator, Field, StringConstraints
 
 from adeye.errors import SourceLocation, SpecError, suggest
+from adeye.identity import canonical
 from adeye.spec import quantity as q
 from adeye.spec.document import Problem, finds
 from adeye.spec.sensors import (
@@ -166,7 +167,12 @@ def reference_content(
 # --- The channels that an architecture may name, with their parameters ----------------------------
 
 FilePath = Annotated[str, StringConstraints(min_length=1, max_length=1000)]
-CommandWord = Annotated[str, StringConstraints(max_length=4096, pattern="^[^\\x00]*$")]
+CommandWord = Annotated[
+    str,
+    StringConstraints(max_length=4096, pattern="^[^\\x00]*$"),
+    # A file has the name that it has, which is identified as such.
+    AfterValidator(lambda word: word if word.startswith("./") else canonical(word)),
+]
 
 
 class _Channel(q.Record):
@@ -298,8 +304,8 @@ class ProcessParameters(q.Record):
     """The program and its arguments. Words that begin with ``./`` are files of the project,
     relative to this file, and part of a result's identity; any other program is found on the
     PATH."""
-    values: dict[str, Any] = {}
-    """What the program is told about how to drive, as it stands here."""
+    values: q.Free = {}
+    """What the program is told about how to drive, as identified: keys sorted, text in NFC."""
     start_deadline: Annotated[q.Duration, Field(gt=0.0)] = 10.0
     """Longest that it may take to its first line, by the wall clock [s]."""
     step_deadline: Annotated[q.Duration, Field(gt=0.0)] = 2.0
@@ -475,7 +481,7 @@ class PluginChannel(_OutsideChannel):
     """A channel from outside the package."""
 
     kind: PluginPath
-    parameters: dict[str, Any] = {}
+    parameters: q.Free = {}
 
 
 BuiltInChannel = Annotated[

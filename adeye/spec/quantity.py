@@ -29,6 +29,7 @@ from pydantic import (
 )
 
 from adeye.errors import ExpressionError, InputError
+from adeye.identity import canonical
 from adeye.spec.expression import Expression, parse
 from adeye.units import Dimension, parse_quantity, shown
 
@@ -116,7 +117,7 @@ def quantity_reader(dimension: Dimension) -> Callable[[Any, ValidationInfo], flo
     def read(value: Any, info: ValidationInfo) -> float:
         stored = info.context is not None and info.context.get("si", False)
         if stored and isinstance(value, int | float) and not isinstance(value, bool):
-            return float(value)
+            return float(value) + 0.0
         if isinstance(value, bool) or not isinstance(value, str | int | float):
             raise ValueError(f"{value!r} is not a quantity")
         try:
@@ -241,6 +242,9 @@ Condition = Annotated[
     WithJsonSchema({"type": "string", "examples": ["time >= 2 s"]}),
 ]
 """A truth-valued expression: a trigger, a constraint, a fault's onset."""
+
+Free = Annotated[dict[str, Any], AfterValidator(canonical)]
+"""What code from outside is told, as that may be: no more than what its identity holds."""
 
 T = TypeVar("T")
 

@@ -341,7 +341,7 @@ class PluginSensor(SensorRecord):
 
     kind: PluginPath
     mount: Mount = Mount()
-    parameters: dict[str, Any] = {}
+    parameters: q.Free = {}
 
 
 FIDELITIES: Final = ("camera", "radar", "lidar")

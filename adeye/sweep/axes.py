@@ -314,7 +314,7 @@ def quantity_or_text(text: Level) -> tuple[float | str, Dimension | None]:
     if isinstance(text, int | float):
         if not math.isfinite(text):
             raise SweepError(f"{text!r} is not a finite number")
-        return float(text), Dimension.NONE
+        return float(text) + 0.0, Dimension.NONE
     return _read(text)
 
 
@@ -325,7 +325,7 @@ def _read(text: str) -> tuple[float | str, Dimension | None]:
         expression = parse(text)
         if expression.names or not expression.is_constant:
             return text, None
-        return float(expression.evaluate({})), expression.dimension({})
+        return float(expression.evaluate({})) + 0.0, expression.dimension({})
     except InputError:
         return text, None
 

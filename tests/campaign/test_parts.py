@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import py_compile
 import shutil
 import sys
 import time
@@ -181,6 +182,45 @@ def test_what_a_program_imports_beside_it_is_part_of_the_identity(
     names = [item.name for item in seen[0].files]
     assert names == [f"./{program}", "helper.py", "./near/more.py"]
     assert seen[0].digest != seen[1].digest
+
+
+def test_what_another_python_imports_beside_a_program_is_part_of_the_identity(
+    project: Project,
+) -> None:
+    folder = project.folder / "odd/architectures"
+    (folder / "own.py").unlink()
+    (folder / "drive").write_text("import helper, near")
+    (folder / "near.py").write_text("print 'of Python 2'")
+    for name in ("helper.pyc", "helper.cpython-399-x86_64-linux-gnu.so", "further.so", "net.bin"):
+        (folder / name).write_bytes(b"\0")
+    found = process_parts(project, "python3", "./drive")
+    assert [item.name for item in found.files] == [
+        *("./drive", "./further.so", "./helper.cpython-399-x86_64-linux-gnu.so"),
+        *("./helper.pyc", "./near.py"),
+    ]
+    (folder / "near.py").write_text("")
+    (folder / "helper.pyc").unlink()
+    (folder / "helper.cpython-399-x86_64-linux-gnu.so").unlink()
+    found = process_parts(project, "python3", "./drive")
+    assert [item.name for item in found.files] == ["./drive", "./near.py"]
+
+
+@pytest.mark.parametrize("tag", [sys.implementation.cache_tag, "cpython-399"])
+def test_byte_code_of_another_source_beside_a_program_is_refused(
+    project: Project, tag: str
+) -> None:
+    folder = project.folder / "odd/architectures"
+    (folder / "drive.py").write_text("import helper")
+    (folder / "helper.py").write_text("SPEED = 3")
+    kept = py_compile.compile(str(folder / "helper.py"))
+    Path(known(kept)).rename(folder / f"__pycache__/helper.{tag}.pyc")
+    process_parts(project, "python3", "./drive.py")
+    state = (folder / "helper.py").stat()
+    (folder / "other.py").write_text("SPEED = 4")
+    os.utime(folder / "other.py", ns=(state.st_atime_ns, state.st_mtime_ns))
+    (folder / "other.py").replace(folder / "helper.py")
+    says = "channel nominal: the byte code of helper is of another source"
+    refused(SpecError, process_parts, project, "python3", "./drive.py", says=says)
 
 
 def test_files_of_a_command_are_part_of_the_identity(project: Project) -> None:

@@ -15,6 +15,7 @@ from adeye.simulate.channels.safety import supervisor as supervising
 from adeye.spec import channels
 from adeye.spec.channels import SafetyChannel
 from adeye.spec.load import load_architecture, load_odd, shipped
+from adeye.spec.sensors import PluginSensor
 from adeye.spec.supervisor import KINDS, Counter, Supervisor
 from tests.refusals import refused
 from tests.stored import stored
@@ -51,6 +52,20 @@ def test_process_channel_names_its_program_and_what_stops_it() -> None:
     assert channel.parameters.command == ("./drive", "--fast")
     assert (channel.parameters.run_deadline, channel.parameters.step_deadline) == (60.0, 2.0)
     assert channel.parameters.limits.processes == 16
+
+
+def test_code_of_the_user_is_told_what_its_identity_holds() -> None:
+    written = ({"b": -0.0, "a": "e\u0301"}, {"a": "\u00e9", "b": 0.0})
+    told = set()
+    for free in written:
+        command = ["./e\u0301.py", free["a"]]
+        program = channels.ProcessParameters.model_validate({"command": command, "values": free})
+        plugin = CHANNEL.validate_python({"kind": "./mine.py:Planner", "parameters": free})
+        sensor = {"kind": "./mine.py:Eye", "rate": "20 Hz", "parameters": free}
+        sensor["mount"] = {"x": f"{free['b']} m"}
+        told.add(repr((program, plugin, PluginSensor.model_validate(sensor))))
+    assert len(told) == 1
+    assert program.command == ("./e\u0301.py", "\u00e9")
 
 
 def test_channels_with_code_of_the_user_may_name_the_files_that_it_reads() -> None:

@@ -16,6 +16,7 @@ import hashlib
 import json
 import os
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, Final
 
@@ -355,19 +356,23 @@ def write_keys(private: Path, public: Path) -> str:
     open_part = made.public_key().public_bytes(
         files.Encoding.PEM, files.PublicFormat.SubjectPublicKeyInfo
     )
-    for path, content, mode in ((private, secret, 0o600), (public, open_part, 0o644)):
-        try:
-            descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode)
-        except FileExistsError as error:
-            raise InputError(
-                f"{path} is there already", remedy="Name another file; keys are not overwritten."
-            ) from error
-        except OSError as error:
-            raise PlatformError(
-                f"{path} cannot be written: {error.strerror}. Choose another place."
-            ) from error
-        with os.fdopen(descriptor, "wb") as stream:
-            stream.write(content)
+    with ExitStack() as undo:
+        for path, content, mode in ((private, secret, 0o600), (public, open_part, 0o644)):
+            try:
+                descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode)
+                undo.callback(path.unlink)
+                with os.fdopen(descriptor, "wb") as stream:
+                    stream.write(content)
+            except FileExistsError as error:
+                raise InputError(
+                    f"{path} is there already",
+                    remedy="Name another file; keys are not overwritten.",
+                ) from error
+            except OSError as error:
+                raise PlatformError(
+                    f"{path} cannot be written: {error.strerror}. Choose another place."
+                ) from error
+        undo.pop_all()
     return _key_id(made.public_key())
 
 

@@ -265,6 +265,9 @@ def test_keys_are_for_their_owner_and_not_overwritten(
     assert keys[0].read_bytes() == before
     with pytest.raises(PlatformError, match="cannot be written"):
         manifest.write_keys(tmp_path / "no" / "k.pem", tmp_path / "p")
+    with pytest.raises(PlatformError, match="cannot be written"):
+        manifest.write_keys(tmp_path / "new.pem", tmp_path / "no" / "p")
+    assert not (tmp_path / "new.pem").exists()
 
 
 def test_without_the_extra_it_says_what_to_install(
