@@ -19,7 +19,7 @@ from adeye.units import shown
 
 MAX_BYTES: Final = 400_000_000
 """Some 500,000 lanes as others write them. Our choice, as the bounds below."""
-MAX_ELEMENTS: Final = 200_000
+MAX_ELEMENTS: Final = 100_000
 """In one part of a file, such as a road: it is held until it is read."""
 MAX_DEPTH: Final = 50
 MAX_ATTRIBUTES: Final = 100
