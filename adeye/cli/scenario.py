@@ -196,6 +196,7 @@ def _places(loaded: Loaded[LogicalScenario]) -> dict[str, Any]:
             "lanes": key.place.lanes,
             "speed_limit_mps": key.place.speed_limit,
             "is_limit_guessed": key.place.is_guessed,
+            "is_type_guessed": key.place.is_type_guessed,
             "radius_m": key.place.radius if key.place.radius < math.inf else None,
             "refused": refusal or None,
         }
@@ -214,7 +215,7 @@ def _print_places(loaded: Loaded[LogicalScenario]) -> None:
     rows: list[Sequence[object]] = [
         [
             item["key"],
-            item["road_type"],
+            f"{item['road_type']}{' (guessed)' * item['is_type_guessed']}",
             item["lanes"],
             f"{item['speed_limit_mps'] * 3.6:.0f} km/h{' (guessed)' * item['is_limit_guessed']}",
             "" if item["radius_m"] is None else f"{item['radius_m']:.0f} m",

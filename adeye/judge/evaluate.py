@@ -217,7 +217,7 @@ class Frame:
             ``outcome.invalid_reasons`` for those that spare what fails.
         missing: Objects, if there are none, and faults that are not injected, by the signal that
             depends on them: what only these decide tests nothing.
-        like: What the runs are like; None where nothing is missing.
+        like: What the runs are like; None where nobody asks what is missing.
     """
 
     step_s: float

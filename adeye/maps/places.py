@@ -116,7 +116,8 @@ class Place:
         lane_width: On average where slabs begin [m].
         shoulder: Least width of the hard shoulder there [m], 0 for none.
         speed_limit: The lowest along the road [m/s].
-        is_guessed: Whether the map lacks some speed limit, or the type of the road.
+        is_guessed: Whether the map lacks some speed limit.
+        is_type_guessed: Whether it lacks the type of the road.
         road_type: ``motorway``, ``rural`` or ``urban``.
         radius: Of the narrowest bend of the line [m], infinite on a straight.
         pieces: Cross-sections that the road leads over.
@@ -130,6 +131,7 @@ class Place:
     shoulder: float
     speed_limit: float
     is_guessed: bool
+    is_type_guessed: bool
     road_type: str
     radius: float
     pieces: tuple[Piece, ...]
@@ -478,7 +480,8 @@ def _laid(key: str, kind: str, asked: Asked, pieces: Sequence[Piece], here: floa
         lane_width=width,
         shoulder=shoulder,
         speed_limit=least,
-        is_guessed=min(given) < 0.0 or not kind,
+        is_guessed=min(given) < 0.0,
+        is_type_guessed=not kind,
         road_type=kind or _UNKNOWN,
         radius=radius,
         pieces=tuple(pieces),

@@ -264,7 +264,11 @@ def choose_places(offer: Offer, choice: str | Sequence[object]) -> tuple[PlaceRo
                     f"there is no place {shown(key)} among the {len(known):,} of the scenario",
                     remedy=suggest(str(key), known),
                 )
-    guessed = Counter(str(place).partition(":")[0] for place in chosen if place.place.is_guessed)
+    guessed = Counter(
+        str(key).partition(":")[0]
+        for key in chosen
+        if key.place.is_guessed or key.place.is_type_guessed
+    )
     for name, count in guessed.items():
         told = (
             f"{name}: {count:,} places lack a speed limit or the type of their road; "

@@ -64,7 +64,7 @@ Reference = Annotated[str, StringConstraints(pattern=REFERENCE, max_length=64)]
 def _require_word(text: str) -> str:
     """Refuse text that says nothing: blanks, marks and what has no width."""
     if not any(letter.isalnum() for letter in text):
-        raise ValueError("says nothing")
+        raise ValueError("says nothing. Write words")
     return text
 
 

@@ -278,7 +278,7 @@ def test_what_says_no_type_of_road_is_taken_for_none_beside_one_that_does() -> N
         return found(network(straight(section(lane(0), lane(-1, WIDE)), types=types)))
 
     late = of(RoadType(200.0, "town", math.nan, 1))
-    assert [place.key for place in late.places if not place.is_guessed] == []
+    assert [place.is_type_guessed for place in late.places] == [True, True, False, False]
     assert {place.key: place.road_type for place in late.places} == {
         "m:1+50": "rural",
         "m:1+100": "rural",
@@ -286,7 +286,7 @@ def test_what_says_no_type_of_road_is_taken_for_none_beside_one_that_does() -> N
         "m:1+300": "urban",
     }
     limited = of(RoadType(0.0, "rural", 20.0, 1))
-    assert not any(place.is_guessed for place in limited.places)
-    assert all(place.is_guessed for place in of().places)
+    assert not any(place.is_guessed or place.is_type_guessed for place in limited.places)
+    assert all(place.is_guessed and place.is_type_guessed for place in of().places)
     for kind in ("pedestrian", "bicycle"):
         assert set(of(RoadType(0.0, kind, 5.0, 1)).refused) >= {"on a road that is none for cars"}

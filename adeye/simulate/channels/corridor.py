@@ -137,7 +137,8 @@ def extent_of(
     """Return how far a track reaches along the road and across it [m].
 
     It heads where it goes: what surely goes rather across the road than along, and no slower than
-    ``_CROSSING``, lies across it. Where lanes are not told strip by strip no vehicle does.
+    ``_CROSSING``, lies across it. Where lanes are not told strip by strip all is taken to lie
+    along, as results there always had it.
 
     Args:
         track: (TRACK_STATE,).

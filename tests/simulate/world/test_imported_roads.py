@@ -1,6 +1,7 @@
 """Imported roads: one that is straight drives as the parametric one, and places are values."""
 
 import os
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import yaml
 
 from adeye.campaign.check import refused_starts
 from adeye.campaign.plan import CampaignPlan
+from adeye.campaign.summary import campaign_of_file
 from adeye.errors import InputError
 from adeye.kernel.road import MANY
 from adeye.maps import lanes as lanes_of
@@ -20,6 +22,7 @@ from adeye.simulate.world.formulas import Formulas
 from adeye.simulate.world.roads import build_roads
 from adeye.spec.load import load_scenario
 from adeye.spec.places import Offer, choose_places, first_place
+from adeye.store.repository import Repository
 from adeye.sweep.case import batches
 from tests.drawn_roads import lane, network, piece, road, section
 from tests.project import ROOT, Project, odd_of, run_cases, use
@@ -165,6 +168,22 @@ def project_of(folder: Path, lane: int, places: Any) -> Project:
         odd["scenarios"][0]["sweep"] = {"parameters": {"place": places}}
     project.require("FSR-01")
     return project
+
+
+@pytest.mark.slow
+def test_a_map_that_has_fewer_places_by_now_is_what_was_edited(tmp_path: Path) -> None:
+    project = project_of(tmp_path / "p", 0, "all")
+    with project.edited("scenarios_db/motorway/lead_braking.yaml") as scenario:
+        scenario["world"]["place"]["after"] = "3900 m"
+    project.run()
+    shorter = narrowing()
+    one = next(iter(shorter.roads.values()))
+    cut = replace(one, length=3950.0, geometries=(replace(one.geometries[0], length=3950.0),))
+    path = project.folder / "scenarios_db/motorway/drawn.xodr"
+    path.write_bytes(write_opendrive(replace(shorter, roads={one.id: cut})))
+    with Repository.open(project.db) as repository:
+        edits = campaign_of_file(repository, project.odd).edits
+    assert edits == "a map, of which 2 test cases are planned for 3"
 
 
 GONE = "drawn:1+1900, drawn:1+1950, drawn:1+2000: actors.lead.start.lane: the road has no lane 2"
