@@ -13,7 +13,14 @@ from itertools import combinations
 from typing import TYPE_CHECKING, Final, Literal, get_args
 
 from adeye.spec.architecture import ACTUATORS, HEALTH
-from adeye.spec.channels import PluginChannel, PolicyChannel, ProcessChannel, SafetyChannel
+from adeye.spec.channels import (
+    FmuChannel,
+    HostedChannel,
+    PluginChannel,
+    PolicyChannel,
+    ProcessChannel,
+    SafetyChannel,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -342,7 +349,9 @@ def _own_code(channel: Channel) -> Iterator[tuple[str, str]]:
         for word in rest:
             if word.startswith("./"):
                 yield posixpath.normpath(word), "file that both programs are given"
-    if isinstance(channel, PluginChannel | PolicyChannel | ProcessChannel):
+    if isinstance(channel, FmuChannel):
+        yield posixpath.normpath(channel.parameters.file), "FMU of both"
+    if isinstance(channel, PluginChannel | PolicyChannel | HostedChannel):
         for name in channel.files:
             yield posixpath.normpath(name), "file that both read"
 

@@ -25,9 +25,16 @@ from adeye.plugin_code import code_digest, files_digest, imports_beside, package
 from adeye.plugins import Part, ReadFile
 from adeye.simulate.channels.factory import BUILT_IN as BUILT_IN_CHANNELS
 from adeye.simulate.channels.factory import make_channel, plugin_channel
+from adeye.simulate.channels.fmu import wire_channel
 from adeye.simulate.channels.policy import load_policy
 from adeye.simulate.channels.process.channel import HERE, command_files, find_program
-from adeye.spec.channels import PluginChannel, PolicyChannel, ProcessChannel
+from adeye.spec.channels import (
+    FmuChannel,
+    HostedChannel,
+    PluginChannel,
+    PolicyChannel,
+    ProcessChannel,
+)
 from adeye.spec.quantity import IDENTIFIER
 from adeye.spec.sensors import PluginSensor
 from adeye.store.plugin_metrics import is_free
@@ -101,6 +108,10 @@ def load_code(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> P
             with placed(where, f"channel {name}: "):
                 find_program(channel.parameters.command, folder)
             continue
+        if isinstance(channel, FmuChannel):
+            with placed(loaded.locate(("channels", name, "parameters")), f"channel {name}: "):
+                wire_channel(channel.parameters, folder)
+            continue
         if channel.kind in BUILT_IN_CHANNELS:
             made = make_channel(channel.kind, folder, channel.parameters)
         else:
@@ -142,7 +153,9 @@ def _named(architecture: Architecture, name: str) -> list[tuple[plugins.Loc, str
     if isinstance(channel, ProcessChannel):
         files = command_files(channel.parameters.command)
         found += [(("parameters", "command", at), file) for at, file in files.items()]
-    if isinstance(channel, PolicyChannel | ProcessChannel | PluginChannel):
+    if isinstance(channel, FmuChannel):
+        found.append((("parameters", "file"), channel.parameters.file))
+    if isinstance(channel, PolicyChannel | HostedChannel | PluginChannel):
         found += [(("files", at), file) for at, file in enumerate(channel.files)]
     return found
 

@@ -16,6 +16,7 @@ from adeye.errors import SourceLocation, SpecError, suggest
 from adeye.identity import canonical
 from adeye.spec import quantity as q
 from adeye.spec.document import Problem, finds
+from adeye.spec.program import FmuUse, ProgramParameters, VariableName
 from adeye.spec.sensors import (
     NonNegativeDuration,
     NonNegativeLength,
@@ -24,6 +25,7 @@ from adeye.spec.sensors import (
     PositiveLength,
 )
 from adeye.spec.supervisor import OF_OBJECTS, PositiveAcceleration, Supervisor
+from adeye.units import Dimension, shown
 
 # --- A reference driver as an architecture: ground truth, one channel and the vehicle of another --
 
@@ -283,21 +285,7 @@ class PolicyParameters(TrackingParameters):
     """Whether observation and action are numbers from -1 to 1, not in SI units."""
 
 
-class ProcessLimits(q.Record):
-    """What the system stops a program at."""
-
-    cpu_time: Annotated[q.Duration, Field(ge=1.0)] = 120.0
-    """Processor time that it may use in a run, in whole seconds."""
-    memory_mib: Annotated[int, Field(ge=16, le=1_048_576)] = 2048
-    """Address space [MiB]. Some language runtimes reserve far more than they use."""
-    file_mib: Annotated[int, Field(ge=1, le=65_536)] = 16
-    """Of every file that it writes [MiB]."""
-    open_files: Annotated[int, Field(ge=8, le=4096)] = 64
-    processes: Annotated[int, Field(ge=1, le=256)] = 16
-    """Processes at once, with itself."""
-
-
-class ProcessParameters(q.Record):
+class ProcessParameters(ProgramParameters):
     """Process channel: a program, what it is told, and when it is stopped."""
 
     command: Annotated[q.Many[CommandWord], Field(min_length=1)]
@@ -306,13 +294,81 @@ class ProcessParameters(q.Record):
     PATH."""
     values: q.Free = {}
     """What the program is told about how to drive, as identified: keys sorted, text in NFC."""
-    start_deadline: Annotated[q.Duration, Field(gt=0.0)] = 10.0
-    """Longest that it may take to its first line, by the wall clock [s]."""
-    step_deadline: Annotated[q.Duration, Field(gt=0.0)] = 2.0
-    """Longest that it may take to a command, by the wall clock [s]; it only stops what hangs."""
-    run_deadline: Annotated[q.Duration, Field(gt=0.0)] = 300.0
-    """Longest that it may keep its run waiting in all, by the wall clock [s]."""
-    limits: ProcessLimits = ProcessLimits()
+
+
+EGO_SIGNALS: Final[Mapping[str, Dimension]] = {
+    "speed": Dimension.SPEED,
+    "acceleration": Dimension.ACCELERATION,
+    "yaw_rate": Dimension.ANGULAR_RATE,
+    "heading": Dimension.ANGLE,
+    "lane_offset": Dimension.LENGTH,
+    "to_right_edge": Dimension.LENGTH,
+    "to_left_edge": Dimension.LENGTH,
+    "curvature": Dimension.CURVATURE,
+    "desired_speed": Dimension.SPEED,
+}
+"""What a channel knows of the ego, in the order in which policies observe it."""
+
+OBJECT_SIGNALS: Final[Mapping[str, Dimension]] = {
+    "present": Dimension.NONE,
+    "x": Dimension.LENGTH,
+    "y": Dimension.LENGTH,
+    "vx": Dimension.SPEED,
+    "vy": Dimension.SPEED,
+    "length": Dimension.LENGTH,
+    "width": Dimension.LENGTH,
+}
+"""What it knows of each of the eight nearest objects, in that order."""
+
+LEAD_SIGNALS: Final[Mapping[str, Dimension]] = {
+    "present": Dimension.NONE,
+    "gap": Dimension.LENGTH,
+    "speed": Dimension.SPEED,
+}
+"""What it knows of the nearest object in the path of its lane."""
+
+NEAREST: Final = 8
+
+SIGNALS: Final[Mapping[str, Dimension]] = {
+    "time": Dimension.TIME,
+    **{f"ego.{name}": dimension for name, dimension in EGO_SIGNALS.items()},
+    **{f"lead.{name}": dimension for name, dimension in LEAD_SIGNALS.items()},
+    **{
+        f"objects.{number}.{name}": dimension
+        for number in range(1, NEAREST + 1)
+        for name, dimension in OBJECT_SIGNALS.items()
+    },
+}
+"""What an FMU can be told, and what each signal measures."""
+
+
+def _require_signal(text: str) -> str:
+    if text not in SIGNALS:
+        raise ValueError(f"there is no signal {shown(text)}. {suggest(text, SIGNALS)}")
+    return text
+
+
+FmuSignal = Annotated[str, AfterValidator(_require_signal)]
+
+
+class FmuCommand(q.SparseRecord):
+    """Which variables of an FMU are the command of its channel."""
+
+    acceleration: VariableName
+    """[m/s²]"""
+    steering_angle: VariableName
+    """Of the front wheels, to the left [rad]."""
+
+
+class FmuParameters(TrackingParameters, FmuUse):
+    """FMU channel: what it is told and which of its variables are the command."""
+
+    inputs: Annotated[dict[VariableName, FmuSignal], Field(min_length=1)]
+    """Which signal each input variable gets; it is converted to the unit that the variable has."""
+    outputs: FmuCommand
+    master: Literal["jacobi", "gauss_seidel"] = "jacobi"
+    """With ``jacobi`` the step to the present tick was done with the inputs of the tick before;
+    with ``gauss_seidel`` the inputs of the present one are set before it is done."""
 
 
 Rating = Annotated[int, Field(ge=0, le=8)]
@@ -477,6 +533,17 @@ class ProcessChannel(_OutsideChannel):
     parameters: ProcessParameters
 
 
+class FmuChannel(_OutsideChannel):
+    """The built-in channel that asks an FMU."""
+
+    kind: Literal["fmu"]
+    parameters: FmuParameters
+
+
+HostedChannel = ProcessChannel | FmuChannel
+"""Channels with a program of their own in each run."""
+
+
 class PluginChannel(_OutsideChannel):
     """A channel from outside the package."""
 
@@ -490,7 +557,8 @@ BuiltInChannel = Annotated[
     | TrajectoryChannel
     | ReferenceChannel
     | PolicyChannel
-    | ProcessChannel,
+    | ProcessChannel
+    | FmuChannel,
     Field(discriminator="kind"),
 ]
 Channel = BuiltInChannel | PluginChannel

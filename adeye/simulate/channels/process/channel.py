@@ -25,6 +25,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+import numpy as np
+
 from adeye.errors import PlatformError, SpecError
 from adeye.plugins import locate_file
 from adeye.signals import SILENT, ControlCommand, Observation
@@ -37,7 +39,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from adeye.ports import ChannelContext
-    from adeye.spec.channels import ProcessParameters
+    from adeye.signals import Bools
+    from adeye.spec.channels import ProgramParameters
     from adeye.trace import ChannelEvent
 
 # --- Programs that are asked line by line, in parallel, each with deadlines of its own ------------
@@ -469,8 +472,8 @@ Our choice."""
 _FOLDERS: Final = re.compile(r"(?<![\w.])(?:/[^\s/:'\"()]+)+/")
 
 
-class ProcessChannel:
-    """Asks the program of each run for a command at each tick.
+class HostedChannel:
+    """A channel whose decisions are made by programs, one for each run.
 
     A program that ends, does not answer in time or answers nonsense is silent from that tick on, in
     its run; it is ended, and so is whatever it started.
@@ -479,7 +482,7 @@ class ProcessChannel:
     monitor_ids: tuple[str, ...] = ()
 
     def __init__(self, base_dir: Path) -> None:
-        """Remember where programs are looked for.
+        """Remember where files are looked for.
 
         Args:
             base_dir: Folder of the file that names them.
@@ -496,63 +499,57 @@ class ProcessChannel:
         """First failure of the channel in each run, or None."""
         return self._failures.events
 
-    def reset(self, context: ChannelContext) -> None:
-        """Start the program of every run and exchange first lines.
-
-        Raises:
-            SpecError: There is no such program.
-            PlatformError: The system lets no program be started.
-        """
-        self.close()
-        runs = range(context.runs)
-        self._failures = Failures(context.channel_id, context.runs)
-        self._previous = no_command(context.channel_id, context.runs)
-        self._parameters: list[ProcessParameters] = list(context.parameters)
-        self._patience = [item.run_deadline for item in self._parameters]
-        self._ticks = [0] * context.runs
-        commands = dict.fromkeys(item.command for item in self._parameters)
-        argvs = {item: find_program(item, self._base_dir) for item in commands}
-        self._children = Children()
-        for run, item in enumerate(self._parameters):
-            self._children.start(run, argvs[item.command], _ceilings(item))
-        starts = {run: item.start_deadline for run, item in enumerate(self._parameters)}
-        lines = {run: protocol.encode(protocol.hello(context, run)) for run in runs}
-        for run, line in self._ask(lines, starts, 0.0).items():
-            wrong = protocol.wrong_hello(line)
-            if wrong:
-                self._fail(run, 0.0, Broken(INVALID_OUTPUT, wrong))
-
-    def act(self, observation: Observation) -> ControlCommand:
-        """Ask the program of every run that has not ended."""
-        command = self._previous.copy()
-        lines: dict[int, bytes] = {}
-        for run, is_open in enumerate(observation.running & ~self._failures.silent):
-            if is_open:
-                lines[run] = protocol.encode(
-                    protocol.observation_shown(observation, run, self._ticks[run])
-                )
-            elif self._children is not None:
-                self._children.end(run)
-        steps = {run: self._parameters[run].step_deadline for run in lines}
-        for run, line in self._ask(lines, steps, observation.time).items():
-            answer, wrong = protocol.read_command(line, self._ticks[run])
-            self._ticks[run] += 1
-            if answer is None:
-                self._fail(run, observation.time, Broken(INVALID_OUTPUT, wrong))
-                continue
-            command.status[run] = answer.status
-            if answer.status != SILENT:
-                command.acceleration[run] = answer.acceleration
-                command.steering_angle[run] = answer.steering_angle
-                command.stamp[run] = observation.time
-        self._previous = self._failures.hold(command, self._previous)
-        return self._previous
-
     def close(self) -> None:
         """End every program and wait until they have."""
         if self._children is not None:
             self._children.close()
             self._children = None
+
+    def _begin(
+        self,
+        context: ChannelContext,
+        argvs: Sequence[Sequence[str]],
+        hellos: Sequence[dict[str, Any]],
+        greeting: str,
+    ) -> None:
+        """Start the program of every run and exchange first lines.
+
+        Args:
+            context: Of the batch; its parameters are ``ProgramParameters``.
+            argvs: Path and arguments of each run's program.
+            hellos: First line that each is sent.
+            greeting: Name and version of the protocol that each must answer with.
+
+        Raises:
+            PlatformError: The system lets no program be started.
+        """
+        self.close()
+        self._failures = Failures(context.channel_id, context.runs)
+        self._previous = no_command(context.channel_id, context.runs)
+        self._programs: list[ProgramParameters] = list(context.parameters)
+        self._patience = [item.run_deadline for item in self._programs]
+        self._ticks = [0] * context.runs
+        self._children = Children()
+        for run, item in enumerate(self._programs):
+            self._children.start(run, argvs[run], _ceilings(item))
+        starts = {run: item.start_deadline for run, item in enumerate(self._programs)}
+        lines = {run: protocol.encode(hello) for run, hello in enumerate(hellos)}
+        for run, line in self._ask(lines, starts, 0.0).items():
+            wrong = protocol.wrong_hello(line, greeting)
+            if wrong:
+                self._fail(run, 0.0, Broken(INVALID_OUTPUT, wrong))
+
+    def _open_runs(self, running: Bools) -> list[int]:
+        """Return the runs whose programs are to be asked; those of the others are ended."""
+        is_open = running & ~self._failures.silent
+        if self._children is not None:
+            for run in np.flatnonzero(~is_open):
+                self._children.end(int(run))
+        return [int(run) for run in np.flatnonzero(is_open)]
+
+    def _ask_step(self, lines: Mapping[int, bytes], time: float) -> dict[int, bytes]:
+        """Return the answers of one tick, each within the deadline of a step."""
+        return self._ask(lines, {run: self._programs[run].step_deadline for run in lines}, time)
 
     def _ask(
         self, lines: Mapping[int, bytes], deadlines: Mapping[int, float], time: float
@@ -581,6 +578,43 @@ class ProcessChannel:
         )
         if self._children is not None:
             self._children.end(run)
+
+
+class ProcessChannel(HostedChannel):
+    """Asks the program of each run for a command at each tick."""
+
+    def reset(self, context: ChannelContext) -> None:
+        """Start the program of every run and exchange first lines.
+
+        Raises:
+            SpecError: There is no such program.
+            PlatformError: The system lets no program be started.
+        """
+        named = [item.command for item in context.parameters]
+        argvs = {command: find_program(command, self._base_dir) for command in dict.fromkeys(named)}
+        hellos = [protocol.hello(context, run) for run in range(context.runs)]
+        self._begin(context, [argvs[command] for command in named], hellos, protocol.PROTOCOL)
+
+    def act(self, observation: Observation) -> ControlCommand:
+        """Ask the program of every run that has not ended."""
+        command = self._previous.copy()
+        lines = {
+            run: protocol.encode(protocol.observation_shown(observation, run, self._ticks[run]))
+            for run in self._open_runs(observation.running)
+        }
+        for run, line in self._ask_step(lines, observation.time).items():
+            answer, wrong = protocol.read_command(line, self._ticks[run])
+            self._ticks[run] += 1
+            if answer is None:
+                self._fail(run, observation.time, Broken(INVALID_OUTPUT, wrong))
+                continue
+            command.status[run] = answer.status
+            if answer.status != SILENT:
+                command.acceleration[run] = answer.acceleration
+                command.steering_angle[run] = answer.steering_angle
+                command.stamp[run] = observation.time
+        self._previous = self._failures.hold(command, self._previous)
+        return self._previous
 
 
 def _ceilings(parameters: Any) -> Ceilings:
