@@ -103,14 +103,8 @@ def load_code(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> P
             with placed(where, keeps_place=True):
                 named.append(load_policy(channel.parameters.policy, folder))
             continue
-        if isinstance(channel, ProcessChannel):
-            where = loaded.locate(("channels", name, "parameters", "command"))
-            with placed(where, f"channel {name}: "):
-                find_program(channel.parameters.command, folder)
-            continue
-        if isinstance(channel, FmuChannel):
-            with placed(loaded.locate(("channels", name, "parameters")), f"channel {name}: "):
-                wire_channel(channel.parameters, folder)
+        if isinstance(channel, HostedChannel):
+            _check_program(loaded, name, channel)
             continue
         if channel.kind in BUILT_IN_CHANNELS:
             made = make_channel(channel.kind, folder, channel.parameters)
@@ -135,6 +129,16 @@ def load_code(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> P
                 )
             monitors.append(monitor)
     return Parts(tuple(named), tuple(monitors), metrics)
+
+
+def _check_program(loaded: Loaded[Architecture], name: str, channel: HostedChannel) -> None:
+    """Look whether the program of a channel is there, and an FMU is wired to what it has."""
+    of = "command" if isinstance(channel, ProcessChannel) else "file"
+    with placed(loaded.locate(("channels", name, "parameters", of)), f"channel {name}: "):
+        if isinstance(channel, ProcessChannel):
+            find_program(channel.parameters.command, loaded.path.parent)
+        else:
+            wire_channel(channel.parameters, loaded.path.parent)
 
 
 def named_files(architecture: Architecture) -> dict[str, tuple[str, ...]]:

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from adeye.errors import PlatformError
-from adeye.simulate.channels.process.channel import LONGEST_LINE, Broken, Ceilings, Children
+from adeye.simulate.bridges.programs import LONGEST_LINE, Broken, Ceilings, Children
 from tests.refusals import refused
 
 CEILINGS = Ceilings(cpu_s=20, memory=2**30, file_size=2**20, open_files=32, processes=4)
@@ -124,7 +124,7 @@ def test_system_without_room_for_programs_is_named(monkeypatch: pytest.MonkeyPat
 
 
 def test_other_systems_are_told_need(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("adeye.simulate.channels.process.channel.os.name", "nt")
+    monkeypatch.setattr("adeye.simulate.bridges.programs.os.name", "nt")
     refused(PlatformError, Children, says="POSIX")
 
 

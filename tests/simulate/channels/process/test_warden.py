@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 
-from adeye.simulate.channels.process import warden as subject
+from adeye.simulate.bridges import warden as subject
 
 LIMITS = {"cpu_s": 20, "memory": 2**30, "file_size": 2**20, "open_files": 32, "processes": 4}
 DAEMON = """
