@@ -135,6 +135,13 @@ class Fmus:
         Returns:
             Outputs in SI, each finite, in the order in which they are wired; or why there are none.
         """
+        return {
+            run: values if isinstance(values, Broken) else self._in_si(run, values)
+            for run, values in self.ask(asked).items()
+        }
+
+    def ask(self, asked: Mapping[int, Step]) -> dict[int, list[Any] | Broken]:
+        """Step the FMUs of some runs, and return their outputs as they are, see ``step``."""
         lines = {}
         for run, step in asked.items():
             wires = self._wired[run].inputs
@@ -146,9 +153,9 @@ class Fmus:
                 "before": step.is_before,
             }
             lines[run] = _line(content)
-        found: dict[int, list[float] | Broken] = {}
-        answers = self._children.ask(lines, {run: self._uses[run].step_deadline for run in lines})
-        for run, answer in answers.items():
+        deadlines = {run: self._uses[run].step_deadline for run in lines}
+        found: dict[int, list[Any] | Broken] = {}
+        for run, answer in self._children.ask(lines, deadlines).items():
             found[run] = answer if isinstance(answer, Broken) else self._values(run, answer)
             self.ticks[run] += 1
         return found
@@ -161,19 +168,21 @@ class Fmus:
         """End every program and wait until they have."""
         self._children.close()
 
-    def _values(self, run: int, line: bytes) -> list[float] | Broken:
-        """Read the outputs of an FMU in SI."""
-        wires = self._wired[run].outputs
+    def _values(self, run: int, line: bytes) -> list[Any] | Broken:
         content = _read(line)
         values = content.get("values")
-        is_answer = content.get("tick") == self.ticks[run] and isinstance(values, list)
-        if not is_answer or not all(isinstance(value, int | float) for value in values):
-            return Broken(INVALID_OUTPUT, f"its program answers {line[:60]!r}")
+        is_whole = isinstance(values, list) and len(values) == len(self._wired[run].outputs)
+        if content.get("tick") == self.ticks[run] and isinstance(values, list) and is_whole:
+            return values
+        return Broken(INVALID_OUTPUT, f"its program answers {line[:60]!r}")
+
+    def _in_si(self, run: int, values: Sequence[Any]) -> list[float] | Broken:
         found = []
-        for wire, value in zip(wires, values, strict=True):
-            number = float(wire.to_signal(value))
+        for wire, value in zip(self._wired[run].outputs, values, strict=True):
+            is_number = isinstance(value, int | float)
+            number = float(wire.to_signal(value)) if is_number else math.nan
             if not math.isfinite(number):
-                said = f"{wire.signal} {number} ({wire.variable}) is no finite number"
+                said = f"{wire.signal} {value} ({wire.variable}) is no finite number"
                 return Broken(INVALID_OUTPUT, said)
             found.append(number)
         return found
