@@ -28,6 +28,7 @@ class Wired(NamedTuple):
     file: Path
     inputs: list[fmi.Wire]
     outputs: list[fmi.Wire]
+    initial: list[fmi.Wire]
 
 
 class Step(NamedTuple):
@@ -51,6 +52,7 @@ def wire_fmu(
     base_dir: Path,
     inputs: Sequence[tuple[str, str, Dimension]],
     outputs: Sequence[tuple[str, str, Dimension]],
+    initial: Sequence[tuple[str, str, Dimension]] = (),
 ) -> Wired:
     """Read the description of an FMU and connect its variables, see ``fmi.wire``.
 
@@ -66,6 +68,7 @@ def wire_fmu(
         file,
         fmi.wire(description, inputs, "input"),
         fmi.wire(description, outputs, "output"),
+        fmi.wire(description, initial, "parameter"),
     )
 
 

@@ -119,7 +119,7 @@ def simulate(
         file=f"./{file.name}", start=dict(start), step_deadline="60 s", run_deadline="86400 s"
     )
     plain = [[fmi.Wire(name, name, 1.0, 0.0) for name in names] for names in (columns, outputs)]
-    fmus = Fmus([use], [Wired(file.resolve(), *plain)])
+    fmus = Fmus([use], [Wired(file.resolve(), *plain, [])])
     return [TIME, *outputs], _rows(fmus, file, table, columns, (count, step))
 
 

@@ -157,6 +157,8 @@ def _description(name: str, variables: list[Var], units: dict[str, str]) -> str:
             attributes += ' causality="parameter" variability="fixed"'
         else:
             attributes += f' causality="{item.causality}" variability="{item.variability}"'
+        if item.causality == "local":
+            attributes += ' initial="exact"'
         if item.causality == "output":
             outputs.append(row + 1)
             attributes += ' initial="calculated"'
