@@ -49,6 +49,7 @@ class FmuUse(ProgramParameters):
     """Path relative to this file; its content is part of a result's identity."""
     start: q.Free = {}
     """Start values by variable, in the unit that the variable has."""
+    limits: ProcessLimits = ProcessLimits(file_mib=256)
     sub_steps: Annotated[int, Field(ge=1, le=1000)] = 1
     """How many steps of the FMU a step of the master is."""
 

@@ -146,6 +146,6 @@ class Plants:
     def _fail(self, at: int, broken: Broken, time: float) -> NoReturn:
         name = shown(self._plants[at].file)
         raise PluginError(
-            f"vehicle.plant {name} failed at {time:g} s: {broken.cause}: {broken.detail}",
-            remedy="Without a vehicle no run can be judged. Mend the FMU, or leave the plant away.",
+            f"vehicle.plant {name} failed at {time:g} s: {broken.cause}: {broken.detail}. Without a "
+            "vehicle no run can be judged: mend the FMU, or leave the plant away"
         )

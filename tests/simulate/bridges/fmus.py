@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 import subprocess
 import zipfile
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
@@ -21,6 +21,8 @@ PART = r"""
 #include <string.h>
 #include <stdio.h>
 #include <math.h>
+#include <signal.h>
+#include <unistd.h>
 #include "%(header)s"
 typedef struct { double v[%(count)d]; double t; } Model;
 static void step(double *v, double t, double h) { (void)t; (void)h; %(step)s }
@@ -103,13 +105,6 @@ class Var:
     variability: str = "continuous"
 
 
-@dataclass(frozen=True)
-class Units:
-    """Units that the description defines: name and attributes of the base unit."""
-
-    defined: dict[str, str] = field(default_factory=dict)
-
-
 def build_fmu(
     folder: Path,
     name: str,
@@ -181,3 +176,47 @@ def _description(name: str, variables: list[Var], units: dict[str, str]) -> str:
         "variables": "".join(lines),
         "structure": structure,
     }
+
+
+SI = {
+    "m/s": 'm="1" s="-1"',
+    "km/h": 'm="1" s="-1" factor="0.277777777777777778"',
+    "m/s2": 'm="1" s="-2"',
+    "rad": 'rad="1"',
+    "deg": 'rad="1" factor="0.0174532925199432958"',
+    "kg": 'kg="1"',
+}
+"""Units that descriptions of tests define."""
+
+
+def cruise(folder: Path, step: str = "", name: str = "cruise", **more: str) -> Path:
+    """Build a controller: ``v[2] = gain (wanted - speed)``, straight on, then what else it does."""
+    variables = [
+        Var("speed", "input", unit="km/h"),
+        Var("gain", "parameter", 0.4),
+        Var("a", "output", unit="m/s2"),
+        Var("delta", "output", unit="deg"),
+        Var("wanted", "input", unit="m/s"),
+    ]
+    law = f"v[2] = v[1] * (v[4] - v[0] / 3.6); v[3] = 0.0; {step}"
+    return build_fmu(folder, name, variables, law, units=SI, **more)
+
+
+def car(folder: Path, step: str = "", name: str = "car", **more: str) -> Path:
+    """Build a vehicle: single-track without slip and lags, then what else it does."""
+    variables = [
+        Var("acc", "input", unit="m/s2"),
+        Var("steer", "input", unit="rad"),
+        *(Var(item, "parameter") for item in ("x0", "y0", "psi0", "v0")),
+        *(Var(item, "output") for item in ("x", "y", "psi", "v")),
+        Var("begun", "local"),
+    ]
+    law = f"""
+        if (!v[10]) {{ v[6] = v[2]; v[7] = v[3]; v[8] = v[4]; v[9] = v[5]; v[10] = 1; }}
+        for (int i = 0; i < 100 && h > 0; i++) {{
+            double k = h / 100, slip = atan(0.5 * tan(v[1]));
+            v[9] = fmax(0.0, v[9] + k * v[0]);
+            v[6] += k * v[9] * cos(v[8] + slip); v[7] += k * v[9] * sin(v[8] + slip);
+            v[8] += k * v[9] * 2 * sin(slip) / 2.9; }}
+        {step}"""
+    return build_fmu(folder, name, variables, law, units=SI, **more)

@@ -52,7 +52,7 @@ def test_all_are_waited_for_at_the_same_time(children: Children) -> None:
 
 @pytest.mark.slow
 def test_patience_of_a_run_is_used_up_by_all_its_answers(children: Children) -> None:
-    slow = "import sys, time\nfor line in sys.stdin: time.sleep(0.3); print(line, flush=True)"
+    slow = "import sys, time\nfor line in sys.stdin: time.sleep(0.4); print(flush=True)"
     python = os.path.realpath(sys.executable)
     children.start(0, [python, "-I", "-S", "-c", slow], CEILINGS, 1.0)
     answers = [children.ask({0: b"\n"}, {0: 20.0})[0] for _ in range(2)]
