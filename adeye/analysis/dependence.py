@@ -51,11 +51,11 @@ PLANNED: Final = "safety, stop: planned"
 BUILT_IN_CODE: Final[Mapping[str, tuple[str, tuple[str, ...]]]] = {
     PERCEPTION: (
         "makes tracks of detections and estimates where the ego is",
-        ("nominal", "safety", PLANNED, "trajectory", "policy"),
+        ("nominal", "safety", PLANNED, "trajectory", "policy", "fmu"),
     ),
     "simulate/channels/corridor.py": (
         "finds what is in the path and the deceleration that it calls for",
-        ("nominal", "safety", PLANNED),
+        ("nominal", "safety", PLANNED, "fmu"),
     ),
     "simulate/channels/driving.py": (
         "follows a vehicle and steers along a lane",

@@ -8,10 +8,9 @@ from typing import Annotated, ClassVar, Final
 from pydantic import Field
 
 from adeye.errors import suggest
-from adeye.spec.channels import Channel, ReferenceChannel, SafetyChannel
+from adeye.spec.channels import Channel, Plant, ReferenceChannel, SafetyChannel
 from adeye.spec.document import Problem, finds, repeated
 from adeye.spec.plausible import FileRecord, Limits
-from adeye.spec.program import Plant
 from adeye.spec.quantity import Angle, AngularRate, ById, GrownRecord, Identifier, Number, Text
 from adeye.spec.sensors import NonNegativeDuration, PositiveLength, Sensor
 from adeye.spec.supervisor import PositiveAcceleration

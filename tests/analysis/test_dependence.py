@@ -259,10 +259,13 @@ MODULES = {
     "trajectory": "adeye.simulate.channels.trajectory.channel",
     "policy": "adeye.simulate.channels.policy",
     "process": "adeye.simulate.channels.process.channel",
+    "fmu": "adeye.simulate.channels.fmu",
 }
 NO_CAUSE = {
     # Imported for its records, names or constants only.
     ("policy", "simulate/channels/driving.py"),
+    ("fmu", "simulate/channels/driving.py"),
+    ("fmu", "kernel/profiles.py"),
     ("trajectory", "simulate/channels/corridor.py"),
     ("nominal", "kernel/profiles.py"),
     ("safety", "kernel/profiles.py"),

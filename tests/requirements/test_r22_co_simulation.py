@@ -13,7 +13,7 @@ pytestmark = [pytest.mark.requirements, pytest.mark.slow]
 
 def test_an_fmu_drives_and_another_one_moves_the_vehicle(tmp_path: Path) -> None:
     names = ("fmu_controller", "fmu_vehicle")
-    uses = [use("lead_braking"), use("free_driving_curve")]
+    uses = [use(name) for name in ("cut_in", "lead_braking", "free_driving_curve")]
     odd = odd_of(*uses, architectures=names, concept="concepts/fmu_vehicle.yaml")
     project = Project(tmp_path / "project", odd)
     assert fmus.SHIPPED.is_dir()
@@ -21,7 +21,7 @@ def test_an_fmu_drives_and_another_one_moves_the_vehicle(tmp_path: Path) -> None
     assert summary.exit_code is ExitCode.OK
     rows = project.rows()
     assert {row["architecture"] for row in rows} == set(names)
-    assert len({row["trace_digest"] for row in rows}) == len(rows) == 4
+    assert len({row["trace_digest"] for row in rows}) == len(rows) == 6
     assert {line.verdict for line in summary.verdicts if line.is_gate} == {Verdict.PASS}
 
 

@@ -11,7 +11,7 @@ from adeye.outputs import reads
 from adeye.simulate.bridges import fmi
 from adeye.simulate.bridges.fmus import Fmus, Step, Wired
 from adeye.simulate.bridges.programs import Broken
-from adeye.spec.program import FmuUse
+from adeye.spec.channels import FmuUse
 from adeye.units import decimal, shown
 
 if TYPE_CHECKING:
@@ -118,8 +118,10 @@ def simulate(
     use = FmuUse(
         file=f"./{file.name}", start=dict(start), step_deadline="60 s", run_deadline="86400 s"
     )
-    plain = [[fmi.Wire(name, name, 1.0, 0.0) for name in names] for names in (columns, outputs)]
-    fmus = Fmus([use], [Wired(file.resolve(), *plain, [])])
+    inputs, plain = (
+        [fmi.Wire(name, name, 1.0, 0.0) for name in item] for item in (columns, outputs)
+    )
+    fmus = Fmus([use], [Wired(file.resolve(), inputs, plain, [])])
     return [TIME, *outputs], _rows(fmus, file, table, columns, (count, step))
 
 

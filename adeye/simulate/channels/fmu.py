@@ -11,13 +11,24 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from adeye.kernel.jit import compiled
+from adeye.kernel.road import center_at, ground_of
 from adeye.signals import DEGRADED, FAULT, OK
 from adeye.simulate.bridges.fmus import Fmus, Step, Wired, wire_fmu
 from adeye.simulate.bridges.programs import Broken
+from adeye.simulate.channels import corridor
 from adeye.simulate.channels.driving import channel_records, parameter_columns
+from adeye.simulate.channels.perception.pose import POSE_D, POSE_S, POSE_SPEED
 from adeye.simulate.channels.policy import Kinematics
 from adeye.simulate.channels.process.channel import HostedChannel
-from adeye.spec.channels import SIGNALS, TrackingParameters
+from adeye.spec.channels import (
+    EGO_SIGNALS,
+    LEAD_SIGNALS,
+    NEAREST,
+    OBJECT_SIGNALS,
+    SIGNALS,
+    TrackingParameters,
+)
 from adeye.units import Dimension
 
 if TYPE_CHECKING:
@@ -25,10 +36,14 @@ if TYPE_CHECKING:
 
     from adeye.ports import ChannelContext
     from adeye.signals import ControlCommand, Floats, Observation
+    from adeye.simulate.channels.perception.step import Seen
     from adeye.spec.channels import FmuParameters
 
 LATERAL_MARGIN: Final = 0.2
 """How much nearer than touching an object's side must come to be in the path [m]."""
+
+NO_LEAD: Final = 1000.0
+"""Gap that is told where no object is in the path [m]: farther than any sensor sees."""
 
 COMMAND: Final = {"acceleration": Dimension.ACCELERATION, "steering_angle": Dimension.ANGLE}
 """What the command is made of, in the order in which it is read."""
@@ -67,6 +82,8 @@ class FmuChannel(HostedChannel):
         fields: dict[str, Any] = parameter_columns(context, TrackingParameters.model_fields)
         fields["lateral_margin"] = LATERAL_MARGIN
         self._known = Kinematics(context, channel_records(context, fields))
+        self._leads = np.zeros((context.runs, len(LEAD_SIGNALS)))
+        self._path = np.zeros(corridor.PATH_WIDTH)
         uses: list[FmuParameters] = list(context.parameters)
         wired: dict[int, Wired] = {}
         for run, use in enumerate(uses):
@@ -89,7 +106,7 @@ class FmuChannel(HostedChannel):
         command.stamp[runs] = time
         command.status[runs] = FAULT
         command.acceleration[runs] = 0.0
-        signals = {**self._known.signals(), "time": np.full(self._known.is_known.shape, time)}
+        signals = self._signals(time)
         asked = {run: self._step(run, signals, time) for run in runs if self._known.is_known[run]}
         for run, found in self._fmus.step(asked).items():
             if isinstance(found, Broken):
@@ -105,3 +122,31 @@ class FmuChannel(HostedChannel):
         self._stepped[run] = time
         values = [float(signals[wire.signal][run]) for wire in self._wired[run].inputs]
         return Step(values, began, time - began, self._is_before[run])
+
+    def _signals(self, time: float) -> dict[str, Floats]:
+        """Return each signal of all runs by name, in SI, see ``spec.channels.SIGNALS``."""
+        known = self._known
+        _find_leads(known.seen, self._path, self._leads)
+        named = {"time": np.full(len(known.ego), time)}
+        named |= {f"ego.{name}": known.ego[:, k] for k, name in enumerate(EGO_SIGNALS)}
+        named |= {f"lead.{name}": self._leads[:, k] for k, name in enumerate(LEAD_SIGNALS)}
+        for row in range(NEAREST):
+            for k, name in enumerate(OBJECT_SIGNALS):
+                named[f"objects.{row + 1}.{name}"] = known.objects[:, row, k]
+        return named
+
+
+@compiled
+def _find_leads(seen: Seen, path: Floats, leads: Floats) -> None:
+    """Write what is known of the nearest object in the path of each ego's lane.
+
+    Where there is none, it is told as one without a gap limit that drives as fast as the ego.
+    """
+    for run in range(seen.records.shape[0]):
+        if seen.running[run]:
+            pose, ground = seen.pose[run], ground_of(seen.grounds, run)
+            corridor.view_path(seen, run, center_at(ground, pose[POSE_S], pose[POSE_D]), path)
+            is_there = path[corridor.PATH_GAP] < NO_LEAD
+            leads[run, 0] = 1.0 if is_there else 0.0
+            leads[run, 1] = path[corridor.PATH_GAP] if is_there else NO_LEAD
+            leads[run, 2] = path[corridor.PATH_SPEED] if is_there else pose[POSE_SPEED]

@@ -26,7 +26,6 @@ from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.road import Ground, center_at, ground_of, left_edge, limit_at, offset_curvature
 from adeye.plugins import Part, load_part
 from adeye.signals import DEGRADED, FAULT, OK, ControlCommand, Floats, Observation
-from adeye.simulate.channels import corridor
 from adeye.simulate.channels.driving import channel_records, parameter_columns
 from adeye.simulate.channels.guard import ERROR, INVALID_OUTPUT, Failures, describe
 from adeye.simulate.channels.links import no_command
@@ -43,7 +42,7 @@ from adeye.simulate.channels.perception.pose import (
 )
 from adeye.simulate.channels.perception.step import NOTE_END, Perception
 from adeye.simulate.channels.perception.tracks import TRACKS
-from adeye.spec.channels import EGO_SIGNALS, LEAD_SIGNALS, OBJECT_SIGNALS, TrackingParameters
+from adeye.spec.channels import TrackingParameters
 from adeye.supervision import guest, is_asked
 
 if TYPE_CHECKING:
@@ -85,9 +84,6 @@ OBJECT_FEATURES: Final = {
 }
 """Features of an object, in this order, and what each is divided by to be normalised."""
 
-NO_LEAD: Final = 1000.0
-"""Gap that is told where no object is in the path [m]: farther than any sensor sees."""
-
 EGO: Final = "ego"
 OBJECTS: Final = "objects"
 _EGO_SCALES: Final = np.array(list(EGO_FEATURES.values()))
@@ -127,6 +123,9 @@ class Kinematics:
         is_known: (B,) whether there is a recent ego estimate.
         degraded: (B,) whether a linked sensor does not deliver.
         tracks: (B, K, 6) confirmed tracks, see ``signals.TRACK_COLUMNS``.
+        seen: What the channel knows, see ``perception.step``.
+        ego: (B, 9) features of the ego, in SI.
+        objects: (B, K, 7) of the objects, the nearest first.
     """
 
     def __init__(self, context: ChannelContext, records: NDArray[np.void]) -> None:
@@ -138,28 +137,17 @@ class Kinematics:
         """
         runs = context.runs
         self._perception = Perception(context, records)
-        self._ego = np.zeros((runs, len(EGO_FEATURES)))
-        self._objects = np.zeros((runs, TRACKS, len(OBJECT_FEATURES)))
-        self._leads = np.zeros((runs, len(LEAD_SIGNALS)))
-        self._path = np.zeros(corridor.PATH_WIDTH)
+        self.seen: Seen = self._perception.seen
+        self.ego: Floats = np.zeros((runs, len(EGO_FEATURES)))
+        self.objects: Floats = np.zeros((runs, TRACKS, len(OBJECT_FEATURES)))
         self.is_known: Bools = np.zeros(runs, dtype=np.bool_)
-        self.degraded: Bools = self._perception.seen.degraded
-        self.tracks: Floats = self._perception.seen.shown
+        self.degraded: Bools = self.seen.degraded
+        self.tracks: Floats = self.seen.shown
 
     def update(self, observation: Observation) -> None:
         """Take in the measurements of a tick."""
         self._perception.update(observation)
-        _describe(self._perception.seen, observation.time, self.is_known, self._ego, self._objects)
-
-    def signals(self) -> dict[str, Floats]:
-        """Return each signal of all runs by name, in SI, see ``spec.channels.SIGNALS``."""
-        _find_leads(self._perception.seen, self._path, self._leads)
-        named = {f"ego.{name}": self._ego[:, k] for k, name in enumerate(EGO_SIGNALS)}
-        named |= {f"lead.{name}": self._leads[:, k] for k, name in enumerate(LEAD_SIGNALS)}
-        for row in range(TRACKS):
-            for k, name in enumerate(OBJECT_SIGNALS):
-                named[f"objects.{row + 1}.{name}"] = self._objects[:, row, k]
-        return named
+        _describe(self.seen, observation.time, self.is_known, self.ego, self.objects)
 
     def shown(self, runs: Any, parameters: PolicyParameters) -> Mapping[str, Any] | Any:
         """Return the observation of some runs: flat, or the ego and the objects by name.
@@ -168,7 +156,7 @@ class Kinematics:
             runs: Their numbers.
             parameters: Say how it is laid out.
         """
-        ego, objects = self._ego[runs], self._objects[runs, : parameters.nearest]
+        ego, objects = self.ego[runs], self.objects[runs, : parameters.nearest]
         if parameters.normalised:
             ego = np.clip(ego / _EGO_SCALES, -1.0, 1.0)
             objects = np.clip(objects / _OBJECT_SCALES, -1.0, 1.0)
@@ -186,22 +174,6 @@ def _describe(seen: Seen, time: float, is_known: Bools, ego: Floats, objects: Fl
             is_known[run] = has_pose(seen.pose[run], time)
             _describe_ego(record, ground_of(seen.grounds, run), seen.pose[run], ego[run])
             _describe_objects(record, seen.pose[run], seen.tracks[run], end, objects[run])
-
-
-@compiled
-def _find_leads(seen: Seen, path: Floats, leads: Floats) -> None:
-    """Write what is known of the nearest object in the path of each ego's lane.
-
-    Where there is none, it is told as one without a gap limit that drives as fast as the ego.
-    """
-    for run in range(seen.records.shape[0]):
-        if seen.running[run]:
-            pose, ground = seen.pose[run], ground_of(seen.grounds, run)
-            corridor.view_path(seen, run, center_at(ground, pose[POSE_S], pose[POSE_D]), path)
-            is_there = path[corridor.PATH_GAP] < NO_LEAD
-            leads[run, 0] = 1.0 if is_there else 0.0
-            leads[run, 1] = path[corridor.PATH_GAP] if is_there else NO_LEAD
-            leads[run, 2] = path[corridor.PATH_SPEED] if is_there else pose[POSE_SPEED]
 
 
 @inlined

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from adeye.signals import Bools, Floats
-    from adeye.spec.program import Plant
+    from adeye.spec.channels import Plant
 
 INPUTS: Final = {
     "acceleration": Dimension.ACCELERATION,
@@ -146,6 +146,6 @@ class Plants:
     def _fail(self, at: int, broken: Broken, time: float) -> NoReturn:
         name = shown(self._plants[at].file)
         raise PluginError(
-            f"vehicle.plant {name} failed at {time:g} s: {broken.cause}: {broken.detail}. Without a "
-            "vehicle no run can be judged: mend the FMU, or leave the plant away"
+            f"vehicle.plant {name} failed at {time:g} s: {broken.cause}: {broken.detail}. Without "
+            "a vehicle no run can be judged: mend the FMU, or leave the plant away"
         )
