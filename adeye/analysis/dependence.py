@@ -75,7 +75,7 @@ BUILT_IN_CODE: Final[Mapping[str, tuple[str, tuple[str, ...]]]] = {
     ),
     "kernel/road.py": (
         "turns places on the road into places in the plane, and back",
-        ("nominal", "safety", PLANNED, "trajectory", "policy", "reference"),
+        ("nominal", "safety", PLANNED, "trajectory", "policy", "fmu", "reference"),
     ),
 }
 """Code of the package that decides something, by its place in it: what it does, and which
