@@ -210,6 +210,20 @@ def test_policies_of_one_file_share_it_and_what_tracks_for_them() -> None:
     assert "simulate/channels/perception/step.py" in named(only(made), "code")
 
 
+def test_common_tracking_is_tried_by_hooks_where_both_have_them_and_other_code_by_a_command() -> (
+    None
+):
+    def tried(made: Architecture) -> dict[str, tuple[tuple[str, ...], str]]:
+        return {item.what: (item.targets, item.model) for item in only(made).shared}
+
+    command = (("channels.a", "channels.b"), "plausible_but_wrong")
+    code = tried(architecture(a=safety("camera"), b=nominal("radar")))
+    assert code[dependence.PERCEPTION] == (("hooks.a", "hooks.b"), "tracks_lost")
+    assert code["kernel/road.py"] == command
+    policy = {"kind": "policy", "parameters": {"policy": "./net.py:drive"}, "links": ["radar"]}
+    assert tried(architecture(a=safety("camera"), b=policy))[dependence.PERCEPTION] == command
+
+
 def test_planned_stop_shares_more_code_with_the_trajectory_channel_than_the_one_in_the_lane() -> (
     None
 ):

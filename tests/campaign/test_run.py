@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+import shutil
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import nullcontext
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 from unittest.mock import Mock
@@ -170,6 +172,14 @@ def test_progress_rises_to_the_total(small: Project) -> None:
     assert (seen[0].done, seen[-1].done, seen[-1].total) == (0, 4, 4)
     failed = [row for row in small.rows() if "FAIL" in row["verdicts"].values()]
     assert seen[-1].failures == len(failed)
+
+
+def test_nothing_fails_where_nothing_is_left(mini: Executed, tmp_path: Path) -> None:
+    db = tmp_path / "adeye.db"
+    shutil.copy(mini.db, db)
+    seen: list[runner.Progress] = []
+    runner.run_campaign(mini.plan, db=db, progress=seen.append)
+    assert {(item.done, item.total, item.failures) for item in seen} == {(0, 0, 0)}
 
 
 # --- what goes wrong ------------------------------------------------------------------------------

@@ -9,16 +9,21 @@ from copy import deepcopy
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import pytest
 
+from adeye.campaign import stale
 from adeye.campaign.plan import CampaignPlan, make_plan
 from adeye.campaign.stale import CAUSES, find_stale
+from adeye.judge.outcome import UNTESTED
+from adeye.judge.requirements import compile_requirement
 from adeye.judge.verdict import Outcome, Verdict
 from adeye.store.records import MetricValue, VerdictRecord
 from adeye.store.repository import Repository
 from adeye.store.tables import METRIC_IDS
 from adeye.units import read_quantity
+from tests.judge.conftest import fsr
 from tests.project import CONCEPT, Project
 from tests.store.rows import RunRecord, complete_block
 
@@ -308,6 +313,17 @@ def check(seed: int) -> set[str]:
         assert sum(item.evidence for item in found.stale) == len(expected)
         assert all(item.text for item in found.stale)
         return {item.cause for item in found.stale}
+
+
+def test_run_that_bars_every_verdict_is_judged_without_its_trace() -> None:
+    reasons = {1: "the lead never began to brake", 2: f"{UNTESTED}the fault never acted", 3: None}
+    again = Mock()
+    again.judged.return_value = {}
+    again.bases.return_value = {number: (False, why, {}) for number, why in reasons.items()}
+    again.files.return_value = ()
+    asked = [("new", compile_requirement(fsr(formula="always(not contact)")))]
+    found = stale._judgeable(again, asked, list(reasons), Path("adeye.db"))
+    assert list(found) == ["to_judge", "to_replay", "to_replay"]
 
 
 @pytest.mark.slow

@@ -141,6 +141,14 @@ def test_rss_is_safe_beside_from_0_725_m(hand_made: Any, beside: float, *, is_sa
     assert (measured(made, "rss_margin")[1] == -1) is is_safe
 
 
+def test_printed_rss_asks_for_room_to_who_drives_away_as_well(hand_made: Any) -> None:
+    # 6 m/s across the road and away from the ego, which as printed needs 8 m between them.
+    trace = hand_made().object("lead", d=8.75, speed=20.0, heading=np.arcsin(0.3)).trace()
+    for is_printed in (False, True):
+        series = TraceSeries(trace, RssParameters(is_printed=is_printed))
+        assert (int(series.samples("rss_margin").actor[0, 0]) == 0) is is_printed
+
+
 def test_rss_of_oncoming_traffic_adds_both_ways(hand_made: Any) -> None:
     made = hand_made().object("lead", speed=20.0, heading=np.pi)
     own, other = 21.75 + 23.5**2 / 6.0, 21.75 + 23.5**2 / 8.0
@@ -301,6 +309,8 @@ def test_walker_beside_the_corridor_is_met_by_no_ego_that_stands() -> None:
     standing: conflict.Body = (0.0, 0.0, 0.0, 0.0, 2.0, 1.0)
     assert not conflict.is_in_path(standing, 1.0, walker(4.0, -1.5), 37.7)
     assert not conflict.is_in_path(EGO, 1.0, walker(4.0, -1.5), 0.0)
+    # Nor by one that has come level with him, however soon he steps in.
+    assert not conflict.is_in_path(EGO, 1.0, walker(1.4, -1.5), -0.5)
 
 
 RSS = np.array(astuple(RssParameters()))

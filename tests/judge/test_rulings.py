@@ -11,6 +11,7 @@ import pytest
 from adeye.judge.evaluate import Frame, Judgement
 from adeye.judge.metrics import METRICS, registry
 from adeye.judge.requirements import CheckedRequirement, compile_requirement
+from adeye.judge.stl.series import SampleStatus
 from adeye.judge.uncertainty import NumericUncertainty
 from adeye.judge.verdict import Verdict
 from adeye.ports import MetricColumn
@@ -207,6 +208,17 @@ def test_word_is_said_and_is_no_number() -> None:
     (found,) = ruled("always(s.x != off)", {"s.x": words([0, 2, 1], "ok", "ON", "off")})
     assert (found.verdict, found.value, found.threshold) == (Verdict.FAIL, None, None)
     assert (found.detail, found.time_s) == ("s.x is off", 0.1)
+
+
+def test_what_lies_beyond_the_trace_has_no_unit_and_what_does_not_apply_that_of_its_signal() -> (
+    None
+):
+    cut: dict[str, Any] = {"horizon": [9], "complete": False}
+    (beyond,) = ruled("always(a > 0 m)", {"a": numbers([[1.0, 1.0]], unit="m")}, **cut)
+    assert (beyond.detail, beyond.unit) == ("an obligation is open where the trace ends", None)
+    free = np.full((1, 1), SampleStatus.NOT_APPLICABLE, dtype=np.int8)
+    (free_one,) = ruled("always p", {"p": truths([[0]], status=free)})
+    assert (free_one.verdict, free_one.unit) == (Verdict.INCONCLUSIVE, "1")
 
 
 def test_contact_opens_only_what_was_undecided() -> None:

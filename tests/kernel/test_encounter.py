@@ -71,6 +71,8 @@ def test_worst_case_head_on_is_a_quadratic() -> None:
     )
     assert encounter.worst_time_to_collision(4.0, 0.0, 10.0, 0.0, 5.0, 16.0) == 0.0
     assert encounter.worst_time_to_collision(100.0, 3.0, -10.0, 50.0, 5.0, 0.0) == math.inf
+    # Circles that touch have met, also as they part.
+    assert encounter.worst_time_to_collision(5.0, 0.0, 10.0, 0.0, 5.0, 16.0) == 0.0
 
 
 def test_passing_neighbour_has_its_lateral_distance() -> None:

@@ -500,6 +500,27 @@ def test_a_new_plan_keeps_what_is_left_of_the_way_to_a_stop() -> None:
     assert row[[subject.LIMIT, subject.PATH]].tolist() == [4.0, 0.0]
 
 
+def test_a_plan_without_a_limit_on_jerk_keeps_nothing_of_the_one_before() -> None:
+    row = actor(speed=20.0)
+    subject.plan_pace(row, 0, 12.0, 3.0, 1.0)
+    subject.plan_pace(row, 0, 10.0, 2.0, math.inf)
+    for elapsed in (0.0, 1.0, 4.9, 5.0, 20.0):
+        _, pace, rate = subject.pace_at(row, elapsed)
+        assert (pace, rate) == ((20.0 - 2.0 * elapsed, -2.0) if elapsed < 5.0 else (10.0, 0.0))
+
+
+@pytest.mark.parametrize("paces", [(6.0, 4.0), (4.0, 6.0), (5.0, 4.0), (4.0, 3.0), (6.0, 5.0)])
+def test_a_lane_change_waits_by_what_its_pace_lacks(paces: tuple[float, float]) -> None:
+    row, (before, pace), least = actor(speed=paces[0]), paces, 5.0
+    row[[subject.SHIFT_PACE, subject.SHIFT_DURATION]] = least, 9.0
+    driven = 0.5 * (before + pace) * STEP
+    share = subject.hold_shift(row, 1, STEP, driven, pace)
+    assert share == min(1.0, pace / least)
+    between = np.linspace(before, pace, 100_001)
+    lacks = np.maximum(0.0, 1.0 - between / least).mean() * STEP
+    assert row[subject.SHIFT_HELD] == pytest.approx(lacks, abs=1e-7)
+
+
 def test_the_offset_of_a_lane_change_has_the_rate_and_acceleration_of_its_derivatives() -> None:
     row = np.zeros(subject.ACTOR_WIDTH)
     for shape in (subject.SINUSOIDAL, subject.LINEAR):

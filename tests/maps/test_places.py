@@ -154,16 +154,27 @@ def test_a_way_that_comes_near_itself_has_no_road() -> None:
 
 @pytest.mark.parametrize(("radius", "is_folded"), [(7.5, False), (6.5, True)])
 def test_lanes_beyond_the_centre_of_a_bend_are_no_place(radius: float, is_folded: Any) -> None:
+    refused = found(bent(radius), before=60.0, after=60.0).refused
+    assert ("where lanes reach beyond the centre of a bend" in refused) == is_folded
+
+
+def test_only_a_road_that_leads_over_such_a_bend_is_none() -> None:
+    # At 100 to 110 m: of every 50 m, the roads at 100 and 150 m would lead over it.
+    places = found(bent(6.5), before=60.0, after=60.0).places
+    keys = [place.key for place in places if place.key.startswith("m:1+")]
+    assert keys == ["m:1+200", "m:1+250", "m:1+300", "m:1+350"]
+
+
+def bent(radius: float) -> OpenDrive:
+    """Draw a road with a bend of 10 m after 100 m, whose lane on the inner left ends at 7 m."""
     turn = 10.0 / radius
     end = 100.0 + radius * math.sin(turn), radius * (1.0 - math.cos(turn))
-    bent = [
+    line = [
         piece("line", 100.0),
         piece("arc", 10.0, 1.0 / radius, pose=(100.0, 0.0, 0.0), s=100.0),
         piece("line", 300.0, pose=(*end, turn), s=110.0),
     ]
-    lanes = section(lane(2, WIDE), lane(1, WIDE), lane(0), lane(-1, WIDE))
-    refused = found(network(road(bent, lanes)), before=60.0, after=60.0).refused
-    assert ("where lanes reach beyond the centre of a bend" in refused) == is_folded
+    return network(road(line, section(lane(2, WIDE), lane(1, WIDE), lane(0), lane(-1, WIDE))))
 
 
 def test_a_road_begins_and_ends_as_far_along_the_edge_as_was_asked() -> None:
@@ -290,3 +301,15 @@ def test_what_says_no_type_of_road_is_taken_for_none_beside_one_that_does() -> N
     assert all(place.is_guessed and place.is_type_guessed for place in of().places)
     for kind in ("pedestrian", "bicycle"):
         assert set(of(RoadType(0.0, kind, 5.0, 1)).refused) >= {"on a road that is none for cars"}
+
+
+@pytest.mark.parametrize(("kind", "limit"), [("motorway", 130.0), ("rural", 100.0), ("town", 50.0)])
+def test_where_a_map_has_no_limit_it_is_the_usual_one_of_the_type(kind: str, limit: float) -> None:
+    types = (RoadType(0.0, kind, math.nan, 1),)
+    places = found(network(straight(section(lane(0), lane(-1, WIDE)), types=types))).places
+    assert places
+    for place in places:
+        strip_limits = {strip[strips.STRIP_LIMIT] * 3.6 for (strip,) in own(place)}
+        assert place.is_guessed
+        assert place.speed_limit * 3.6 == pytest.approx(limit)
+        assert list(strip_limits) == [pytest.approx(limit)]

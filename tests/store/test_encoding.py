@@ -254,6 +254,16 @@ def test_null_is_no_zero_and_no_empty_text_and_infinity_is_refused() -> None:
             hash_words([np.array([0.0, number])])
 
 
+def test_missing_number_is_null_to_every_database() -> None:
+    # PostgreSQL would keep a NaN, and no query finds that it is missing.
+    columns = events(2)
+    columns[2] = np.array([NAN, 1.5])
+    digests = columns[0]
+    assert isinstance(digests, Texts)
+    made = table_rows([digests.codes, *columns[1:]], hash_words(columns), tables.event)
+    assert [row[2] for row in made] == [None, 1.5]
+
+
 def test_value_that_was_never_written_is_named() -> None:
     row = stored(events())[0]
     others: dict[int, Any] = {1: (1.0, "1", True), 2: (1, "1.5", b"\x00"), 3: (b"switch", 5)}

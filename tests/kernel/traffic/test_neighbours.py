@@ -1,6 +1,7 @@
 """Who is ahead and behind: both searches give the same answer, which is highway-env's."""
 
 import math
+from itertools import permutations
 
 import numpy as np
 import pytest
@@ -57,6 +58,19 @@ def test_of_equal_places_the_last_is_ahead_and_the_first_behind() -> None:
     ahead = [road.put(1, 120.0) for _ in range(3)]
     behind = [road.put(1, 80.0) for _ in range(3)]
     assert around(road, 1, who) == (ahead[-1], behind[0])
+
+
+def test_a_lane_lists_its_vehicles_along_it_whatever_their_order_before() -> None:
+    road = LaneRoad()
+    for s in (100.0, 60.0, 140.0, 60.0):
+        road.put(1, s)
+    for order in permutations(range(4)):
+        road.marks[:, n.ORDER] = order
+        found = road.road
+        n.forget_lists(found.listed)
+        n.list_around(found, 1)
+        assert found.listed[1].tolist() == [4, 1, 3, 0, 2], order
+        assert found.along[1, :4].tolist() == [60.0, 60.0, 100.0, 140.0]
 
 
 def test_a_vehicle_between_two_lanes_is_seen_on_both() -> None:

@@ -180,6 +180,15 @@ def test_bends_are_driven_within_the_lateral_comfort() -> None:
     assert rows[:, n.ACCELERATION].min() > -k.EASY_BRAKING - 0.1
 
 
+def test_who_keeps_the_lane_heeds_bends_as_who_may_leave_it() -> None:
+    line = Lines(BENT, [(0.0, lanes(0))])
+    one, other = (
+        driven(lay(line, [Car(0.0, RIGHT, 25.0, 35.0, is_changing=may)]), 40.0)
+        for may in (True, False)
+    )
+    assert np.array_equal(one[..., n.S], other[..., n.S])
+
+
 # --- Lanes ----------------------------------------------------------------------------------------
 
 

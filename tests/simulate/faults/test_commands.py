@@ -72,6 +72,11 @@ def test_plausible_but_wrong_command_looks_healthy() -> None:
     assert (faulty.status[0], faulty.stamp[0]) == (OK, 4.0)
 
 
+def test_plausible_but_wrong_command_goes_gently_faster_unless_it_is_told_otherwise() -> None:
+    faulty = made("plausible_but_wrong").apply(command(3), moment(FIRST))
+    assert (faulty.acceleration[0], faulty.steering_angle[0]) == (0.5, 0.0)
+
+
 def test_no_number_is_nan_in_its_runs_only() -> None:
     faulty = made("not_a_number").apply(command(3), moment(FIRST))
     assert np.isnan(faulty.acceleration).tolist() == [True, False]

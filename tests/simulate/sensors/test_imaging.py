@@ -1,5 +1,6 @@
 """What covers the pixels of a frame, and which of them show it."""
 
+import itertools
 import math
 from typing import Any
 
@@ -447,6 +448,18 @@ def test_what_is_sure_of_a_part_holds_for_each_of_its_pixels(
         alone = pixels_shown(sensor, covered, 1.0)
         assert whole != imaging.WHOLE or all(alone)
         assert whole != imaging.HIDDEN or not any(alone)
+
+
+def test_surface_has_less_contrast_the_nearer_to_the_sun_it_is_looked_at() -> None:
+    sensor, _, (first, stop) = drawn((18.0, 0.0, 0.0), {"sun_elevation": 0.3}, TRUCK)
+    parameters, image = sensor._parameters[0], sensor._image
+    assert image.sun[0] > 0.0
+    column = (first + stop) // 2
+    rows = [row for row in range(*image.span[column]) if image.owner[column, row] != NOTHING]
+    seen = [contrast_at(parameters, KIND, 1.0, column, row, image)[0] for row in rows]
+    # Below the sun, from the top of the truck to its wheels: above and below the camera.
+    assert len(seen) > 10
+    assert all(0.0 < upper < lower for upper, lower in itertools.pairwise(seen))
 
 
 def test_clear_day_is_sure_at_once_and_blackout_too_but_not_what_is_very_near() -> None:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import yaml
 
+from adeye.campaign import check
 from adeye.campaign.check import refused_starts
 from adeye.campaign.plan import CampaignPlan
 from adeye.campaign.summary import campaign_of_file
@@ -200,6 +201,21 @@ def test_a_place_where_the_scenario_cannot_start_is_refused_and_told(tmp_path: P
     loaded = load_scenario(project.folder / "scenarios_db/motorway/lead_braking.yaml")
     starts = dict(refused_starts(loaded, Offer(loaded.spec, loaded.locate)))
     assert [place for place, why in starts.items() if why] == GONE.split(": ")[0].split(", ")
+
+
+def test_the_world_of_a_place_is_computed_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    computed: list[Any] = []
+    compute = check._check_worlds
+
+    def noted(expansion: Any, part: Any) -> None:
+        computed.append(part)
+        compute(expansion, part)
+
+    monkeypatch.setattr(check, "_check_worlds", noted)
+    plan = planned(tmp_path / "p", motorway(), "first 3")
+    assert len(computed) == len(plan.cases) == 3
 
 
 @pytest.mark.parametrize(

@@ -116,6 +116,22 @@ def test_object_behind_the_seam_of_a_whole_turn_is_one() -> None:
     assert len(clusters(ends, field_of_view="350 deg")) == 3
 
 
+def test_object_behind_the_seam_is_one_in_every_layer() -> None:
+    # What stands ahead is more returns than are looked back over.
+    behind, ahead = ([(place + k, 12.0) for k in range(-10, 10)] for place in (BEAMS, AHEAD))
+    seam = reading(sorted((beam % BEAMS, way) for beam, way in behind + ahead))
+    other = reading(ahead)
+    for layers in ((seam, other), (other, seam)):
+        points, hits = (
+            np.concatenate([getattr(layer, name) for layer in layers], axis=1)
+            for name in ("points", "hits")
+        )
+        found = Clustering([spec(layers=2, vertical_field_of_view="4 deg")], 4).detect(
+            replace(seam, points=points, hits=hits)
+        )
+        assert sorted(rows_of(found)[:, 0]) == pytest.approx([-12.0, 12.0], abs=0.02)
+
+
 def test_side_that_beams_meet_at_a_flat_angle_falls_into_pieces_inside_of_its_car() -> None:
     # In the next lane, 25 m ahead: beams meet the side 1.7 m apart, in every layer.
     layers: Any = {"layers": 8, "vertical_field_of_view": "3 deg", "mount": {"z": "1 m"}}

@@ -48,6 +48,7 @@ def cost(
     target: float = LANE,
     leaving: bool = False,
     speed: float = 30.0,
+    sample: int | None = None,
 ) -> float:
     limits, window = record(), np.zeros((1, 2), dtype=np.int64)
     path, line = np.zeros(profiles.PATH_ROW), np.zeros((subject.SAMPLES, subject.LINE_ROW))
@@ -59,6 +60,8 @@ def cost(
     subject.mark_interest(limits, profile, others(item), window)
     if window[0, 0] >= window[0, 1]:
         return 0.0
+    if sample is not None:
+        window[0] = sample, sample + 1
     return subject.object_cost(limits, profile, line, body, way, window[0], leaving)
 
 
@@ -85,6 +88,14 @@ def test_collision_dominates_and_is_worse_the_sooner_and_the_harder_it_is() -> N
     assert cost(thing(60.0, LANE, 0.0)) > 1000.0
     assert cost(thing(35.0, LANE, 10.0)) > cost(thing(75.0, LANE, 10.0)) > 200.0
     assert cost(thing(60.0, LANE, 0.0), wanted=-3.0) > cost(thing(60.0, LANE, 0.0), wanted=-8.0)
+
+
+def test_collision_at_the_end_of_the_horizon_costs_a_fifth_of_one_now() -> None:
+    # The ego's middle is ahead of the other's all the way, so there is no distance to keep.
+    touching = thing(-1.0, LANE, 30.0)
+    costs = [cost(touching, sample=sample) for sample in range(subject.SAMPLES)]
+    shares = 1.0 - 0.8 * TIMES / TIMES[-1]
+    assert costs == pytest.approx(float(record()["weight_collision"]) * shares)
 
 
 def test_lane_is_never_left_into_somebody() -> None:
