@@ -61,6 +61,10 @@ BUILT_IN_CODE: Final[Mapping[str, tuple[str, tuple[str, ...]]]] = {
         "follows a vehicle and steers along a lane",
         ("nominal", "safety", PLANNED, "trajectory", "reference"),
     ),
+    "simulate/channels/policy.py": (
+        "describes the ego and the objects around it by numbers",
+        ("policy", "fmu"),
+    ),
     "simulate/channels/trajectory/cost.py": (
         "predicts where objects will be",
         ("nominal", PLANNED, "trajectory"),

@@ -286,7 +286,7 @@ NO_CAUSE = {
     # What it is told of the road comes from the record that compiled stages ask, too.
     ("process", "kernel/road.py"),
 }
-BESIDE = {"hooks", "links", "guard", "scalar"}
+BESIDE = {"hooks", "links", "guard", "scalar", "process.channel", "process.protocol"}
 """Modules of channels that decide nothing: they contain, show and disturb."""
 
 
