@@ -13,7 +13,14 @@ from itertools import combinations
 from typing import TYPE_CHECKING, Final, Literal, get_args
 
 from adeye.spec.architecture import ACTUATORS, HEALTH
-from adeye.spec.channels import PluginChannel, PolicyChannel, ProcessChannel, SafetyChannel
+from adeye.spec.channels import (
+    FmuChannel,
+    HostedChannel,
+    PluginChannel,
+    PolicyChannel,
+    ProcessChannel,
+    SafetyChannel,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -44,15 +51,19 @@ PLANNED: Final = "safety, stop: planned"
 BUILT_IN_CODE: Final[Mapping[str, tuple[str, tuple[str, ...]]]] = {
     PERCEPTION: (
         "makes tracks of detections and estimates where the ego is",
-        ("nominal", "safety", PLANNED, "trajectory", "policy"),
+        ("nominal", "safety", PLANNED, "trajectory", "policy", "fmu"),
     ),
     "simulate/channels/corridor.py": (
         "finds what is in the path and the deceleration that it calls for",
-        ("nominal", "safety", PLANNED),
+        ("nominal", "safety", PLANNED, "fmu"),
     ),
     "simulate/channels/driving.py": (
         "follows a vehicle and steers along a lane",
         ("nominal", "safety", PLANNED, "trajectory", "reference"),
+    ),
+    "simulate/channels/policy.py": (
+        "describes the ego and the objects around it by numbers",
+        ("policy", "fmu"),
     ),
     "simulate/channels/trajectory/cost.py": (
         "predicts where objects will be",
@@ -68,7 +79,7 @@ BUILT_IN_CODE: Final[Mapping[str, tuple[str, tuple[str, ...]]]] = {
     ),
     "kernel/road.py": (
         "turns places on the road into places in the plane, and back",
-        ("nominal", "safety", PLANNED, "trajectory", "policy", "reference"),
+        ("nominal", "safety", PLANNED, "trajectory", "policy", "fmu", "reference"),
     ),
 }
 """Code of the package that decides something, by its place in it: what it does, and which
@@ -342,7 +353,9 @@ def _own_code(channel: Channel) -> Iterator[tuple[str, str]]:
         for word in rest:
             if word.startswith("./"):
                 yield posixpath.normpath(word), "file that both programs are given"
-    if isinstance(channel, PluginChannel | PolicyChannel | ProcessChannel):
+    if isinstance(channel, FmuChannel):
+        yield posixpath.normpath(channel.parameters.file), "FMU of both"
+    if isinstance(channel, PluginChannel | PolicyChannel | HostedChannel):
         for name in channel.files:
             yield posixpath.normpath(name), "file that both read"
 

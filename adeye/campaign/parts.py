@@ -25,9 +25,17 @@ from adeye.plugin_code import code_digest, files_digest, imports_beside, package
 from adeye.plugins import Part, ReadFile
 from adeye.simulate.channels.factory import BUILT_IN as BUILT_IN_CHANNELS
 from adeye.simulate.channels.factory import make_channel, plugin_channel
+from adeye.simulate.channels.fmu import wire_channel
 from adeye.simulate.channels.policy import load_policy
 from adeye.simulate.channels.process.channel import HERE, command_files, find_program
-from adeye.spec.channels import PluginChannel, PolicyChannel, ProcessChannel
+from adeye.simulate.traffic.plant import wire_plant
+from adeye.spec.channels import (
+    FmuChannel,
+    HostedChannel,
+    PluginChannel,
+    PolicyChannel,
+    ProcessChannel,
+)
 from adeye.spec.quantity import IDENTIFIER
 from adeye.spec.sensors import PluginSensor
 from adeye.store.plugin_metrics import is_free
@@ -87,6 +95,7 @@ def load_code(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> P
     folder = loaded.path.parent
     named: list[Part] = []
     monitors: list[str] = []
+    _check_plant(loaded)
     for name, sensor in loaded.spec.sensors.items():
         if isinstance(sensor, PluginSensor):
             named.append(_plugin(loaded, ("sensors", name), sensor, "sensor", ("sense",)))
@@ -96,10 +105,8 @@ def load_code(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> P
             with placed(where, keeps_place=True):
                 named.append(load_policy(channel.parameters.policy, folder))
             continue
-        if isinstance(channel, ProcessChannel):
-            where = loaded.locate(("channels", name, "parameters", "command"))
-            with placed(where, f"channel {name}: "):
-                find_program(channel.parameters.command, folder)
+        if isinstance(channel, HostedChannel):
+            _check_program(loaded, name, channel)
             continue
         if channel.kind in BUILT_IN_CHANNELS:
             made = make_channel(channel.kind, folder, channel.parameters)
@@ -126,6 +133,24 @@ def load_code(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> P
     return Parts(tuple(named), tuple(monitors), metrics)
 
 
+def _check_plant(loaded: Loaded[Architecture]) -> None:
+    """Look whether the FMU that moves the vehicle is there, and wired to what it has."""
+    plant = loaded.spec.vehicle.plant
+    if plant is not None:
+        with placed(loaded.locate(("vehicle", "plant")), "vehicle.plant: "):
+            wire_plant(plant, loaded.path.parent)
+
+
+def _check_program(loaded: Loaded[Architecture], name: str, channel: HostedChannel) -> None:
+    """Look whether the program of a channel is there, and an FMU is wired to what it has."""
+    of = "command" if isinstance(channel, ProcessChannel) else "file"
+    with placed(loaded.locate(("channels", name, "parameters", of)), f"channel {name}: "):
+        if isinstance(channel, ProcessChannel):
+            find_program(channel.parameters.command, loaded.path.parent)
+        else:
+            wire_channel(channel.parameters, loaded.path.parent)
+
+
 def named_files(architecture: Architecture) -> dict[str, tuple[str, ...]]:
     """List the files that each channel names, as written: those that it reads, its program."""
     return {
@@ -142,12 +167,18 @@ def _named(architecture: Architecture, name: str) -> list[tuple[plugins.Loc, str
     if isinstance(channel, ProcessChannel):
         files = command_files(channel.parameters.command)
         found += [(("parameters", "command", at), file) for at, file in files.items()]
-    if isinstance(channel, PolicyChannel | ProcessChannel | PluginChannel):
+    if isinstance(channel, FmuChannel):
+        found.append((("parameters", "file"), channel.parameters.file))
+    if isinstance(channel, PolicyChannel | HostedChannel | PluginChannel):
         found += [(("files", at), file) for at, file in enumerate(channel.files)]
     return found
 
 
 def _files(loaded: Loaded[Architecture]) -> Iterator[ReadFile]:
+    plant = loaded.spec.vehicle.plant
+    if plant is not None:
+        with placed(loaded.locate(("vehicle", "plant", "file")), "vehicle.plant: "):
+            yield plugins.read_file("vehicle.plant", plant.file, loaded.path.parent)
     for channel, spec in loaded.spec.channels.items():
         found: dict[Path, str] = {}
         for loc, name in _named(loaded.spec, channel):

@@ -33,7 +33,7 @@ from adeye.errors import ASKED_TO_END, AdeyeError, InputError, UsageError
 from adeye.judge.verdict import ExitCode, exit_code
 from adeye.kernel.jit import is_cache_warm
 from adeye.notices import meanwhile, notice
-from adeye.simulate.channels.factory import PROCESS
+from adeye.simulate.channels.factory import HOSTED
 from adeye.simulate.channels.process.channel import MOST_PROGRAMS
 from adeye.simulate.recorder import trace_bytes
 from adeye.simulate.sensors.lidar import sample_bytes
@@ -500,8 +500,9 @@ def fitting(examples: Sequence[TestCase]) -> int:
 
 
 def _programs(architecture: Architecture) -> int:
-    """Count the channels that have a program of their own in each run."""
-    return sum(channel.kind == PROCESS for channel in architecture.channels.values())
+    """Count the parts that have a program of their own in each run."""
+    has_plant = architecture.vehicle.plant is not None
+    return has_plant + sum(channel.kind in HOSTED for channel in architecture.channels.values())
 
 
 def _block_size(planned: int, most: int) -> int:

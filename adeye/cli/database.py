@@ -50,9 +50,9 @@ def document(db: str | None) -> dict[str, Any]:
         InputError: There is no such database, or it is on a server.
         PlatformError: It cannot be read.
     """
-    from adeye.cli.queries import SAVED, VIEWS
     from adeye.store.location import locate
     from adeye.store.read.query import run_query
+    from adeye.store.read.saved import SAVED, VIEWS
     from adeye.store.views import PREFIX
 
     path = locate(db).path

@@ -199,7 +199,7 @@ def complete_campaigns(ctx: typer.Context, incomplete: str) -> Iterable[Offer]: 
 @_quiet
 def complete_queries(ctx: typer.Context, incomplete: str) -> Iterable[Offer]:  # noqa: ARG001
     """Offer the saved queries."""
-    from adeye.cli.queries import SAVED
+    from adeye.store.read.saved import SAVED
 
     return [(query.name, query.text) for query in SAVED.values()]
 

@@ -133,7 +133,7 @@ def _statement(sql: str, about: Mapping[str, str]) -> str:
     Raises:
         UsageError: It is one word, and no saved query, or it does not ask about a campaign.
     """
-    from adeye.cli.queries import SAVED
+    from adeye.store.read.saved import SAVED
 
     if sql == "-":
         statement = sys.stdin.read()
@@ -153,8 +153,8 @@ def _statement(sql: str, about: Mapping[str, str]) -> str:
 
 def _reason(db: str | None, sql: str, about: Mapping[str, str]) -> str:
     """Say why a saved query has no rows, if that is for want of what it asks about."""
-    from adeye.cli.queries import SAVED
     from adeye.store.read.query import run_query
+    from adeye.store.read.saved import SAVED
 
     saved = SAVED.get(sql)
     if saved is None:
@@ -167,7 +167,7 @@ def _reason(db: str | None, sql: str, about: Mapping[str, str]) -> str:
 
 
 def _list(wanted: Format, output: Path | None) -> None:
-    from adeye.cli.queries import SAVED
+    from adeye.store.read.saved import SAVED
 
     if output is not None:
         raise UsageError("the list of saved queries is not written to a file", remedy="Name one.")

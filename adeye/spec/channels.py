@@ -24,6 +24,7 @@ from adeye.spec.sensors import (
     PositiveLength,
 )
 from adeye.spec.supervisor import OF_OBJECTS, PositiveAcceleration, Supervisor
+from adeye.units import Dimension, shown
 
 # --- A reference driver as an architecture: ground truth, one channel and the vehicle of another --
 
@@ -297,7 +298,89 @@ class ProcessLimits(q.Record):
     """Processes at once, with itself."""
 
 
-class ProcessParameters(q.Record):
+class ProgramParameters(q.Record):
+    """A program that decides for a channel: when it is stopped."""
+
+    start_deadline: Annotated[q.Duration, Field(gt=0.0)] = 10.0
+    """Longest that it may take to its first line, by the wall clock [s]."""
+    step_deadline: Annotated[q.Duration, Field(gt=0.0)] = 2.0
+    """Longest that it may take to a command, by the wall clock [s]; it only stops what hangs."""
+    run_deadline: Annotated[q.Duration, Field(gt=0.0)] = 300.0
+    """Longest that it may keep its run waiting in all, by the wall clock [s]."""
+    limits: ProcessLimits = ProcessLimits()
+
+
+FmuPath = Annotated[str, StringConstraints(pattern=q.FMU, max_length=1000)]
+VariableName = Annotated[str, StringConstraints(min_length=1, max_length=1000)]
+"""Of an FMU, as its model description has it."""
+
+
+class FmuUse(ProgramParameters):
+    """An FMU for co-simulation, of FMI 2.0 or 3.0, and how it is stepped."""
+
+    file: FmuPath
+    """Path relative to this file; its content is part of a result's identity."""
+    start: q.Free = {}
+    """Start values by variable, in the unit that the variable has."""
+    limits: ProcessLimits = ProcessLimits(file_mib=256)
+    sub_steps: Annotated[int, Field(ge=1, le=1000)] = 1
+    """How many steps of the FMU a step of the master is."""
+
+    def __hash__(self) -> int:
+        """Hash what can be: dictionaries cannot."""
+        return hash((type(self), self.file))
+
+
+class PlantPose(q.Record):
+    """Which start values of an FMU say where a run begins."""
+
+    x: VariableName
+    """[m]"""
+    y: VariableName
+    heading: VariableName
+    """[rad]"""
+    speed: VariableName
+    """[m/s]"""
+
+
+class PlantState(q.SparseRecord):
+    """Which outputs of an FMU are the state of the vehicle."""
+
+    x: VariableName
+    """Of the point half-way between the axles, in the map [m]."""
+    y: VariableName
+    heading: VariableName
+    """[rad]"""
+    speed: VariableName
+    """[m/s]"""
+    acceleration: VariableName | None = None
+    """[m/s²]; where it is left out, the change of the speed is."""
+    steering_angle: VariableName | None = None
+    """Of the front wheels [rad]; where it is left out, the one that is commanded is."""
+    yaw_rate: VariableName | None = None
+    """[rad/s]; where it is left out, the change of the heading is."""
+
+
+PlantInput = Literal["acceleration", "steering_angle", "friction"]
+
+
+class Plant(FmuUse):
+    """An FMU that moves the vehicle instead of the built-in model."""
+
+    inputs: dict[VariableName, PlantInput]
+    """What each input variable gets: the acting command, in which a grade is allowed for, and the
+    friction of the tyres. They are set before the step to the next tick."""
+    initial: PlantPose
+    outputs: PlantState
+
+    @finds
+    def _is_commanded(self) -> Iterator[Problem]:
+        for name in ("acceleration", "steering_angle"):
+            if name not in self.inputs.values():
+                yield ("inputs",), f"no variable gets {name}"
+
+
+class ProcessParameters(ProgramParameters):
     """Process channel: a program, what it is told, and when it is stopped."""
 
     command: Annotated[q.Many[CommandWord], Field(min_length=1)]
@@ -306,13 +389,81 @@ class ProcessParameters(q.Record):
     PATH."""
     values: q.Free = {}
     """What the program is told about how to drive, as identified: keys sorted, text in NFC."""
-    start_deadline: Annotated[q.Duration, Field(gt=0.0)] = 10.0
-    """Longest that it may take to its first line, by the wall clock [s]."""
-    step_deadline: Annotated[q.Duration, Field(gt=0.0)] = 2.0
-    """Longest that it may take to a command, by the wall clock [s]; it only stops what hangs."""
-    run_deadline: Annotated[q.Duration, Field(gt=0.0)] = 300.0
-    """Longest that it may keep its run waiting in all, by the wall clock [s]."""
-    limits: ProcessLimits = ProcessLimits()
+
+
+EGO_SIGNALS: Final[Mapping[str, Dimension]] = {
+    "speed": Dimension.SPEED,
+    "acceleration": Dimension.ACCELERATION,
+    "yaw_rate": Dimension.ANGULAR_RATE,
+    "heading": Dimension.ANGLE,
+    "lane_offset": Dimension.LENGTH,
+    "to_right_edge": Dimension.LENGTH,
+    "to_left_edge": Dimension.LENGTH,
+    "curvature": Dimension.CURVATURE,
+    "desired_speed": Dimension.SPEED,
+}
+"""What a channel knows of the ego, in the order in which policies observe it."""
+
+OBJECT_SIGNALS: Final[Mapping[str, Dimension]] = {
+    "present": Dimension.NONE,
+    "x": Dimension.LENGTH,
+    "y": Dimension.LENGTH,
+    "vx": Dimension.SPEED,
+    "vy": Dimension.SPEED,
+    "length": Dimension.LENGTH,
+    "width": Dimension.LENGTH,
+}
+"""What it knows of each of the eight nearest objects, in that order."""
+
+LEAD_SIGNALS: Final[Mapping[str, Dimension]] = {
+    "present": Dimension.NONE,
+    "gap": Dimension.LENGTH,
+    "speed": Dimension.SPEED,
+}
+"""What it knows of the nearest object in the path of its lane."""
+
+NEAREST: Final = 8
+
+SIGNALS: Final[Mapping[str, Dimension]] = {
+    "time": Dimension.TIME,
+    **{f"ego.{name}": dimension for name, dimension in EGO_SIGNALS.items()},
+    **{f"lead.{name}": dimension for name, dimension in LEAD_SIGNALS.items()},
+    **{
+        f"objects.{number}.{name}": dimension
+        for number in range(1, NEAREST + 1)
+        for name, dimension in OBJECT_SIGNALS.items()
+    },
+}
+"""What an FMU can be told, and what each signal measures."""
+
+
+def _require_signal(text: str) -> str:
+    if text not in SIGNALS:
+        raise ValueError(f"there is no signal {shown(text)}. {suggest(text, SIGNALS)}")
+    return text
+
+
+FmuSignal = Annotated[str, AfterValidator(_require_signal)]
+
+
+class FmuCommand(q.SparseRecord):
+    """Which variables of an FMU are the command of its channel."""
+
+    acceleration: VariableName
+    """[m/s²]"""
+    steering_angle: VariableName
+    """Of the front wheels, to the left [rad]."""
+
+
+class FmuParameters(TrackingParameters, FmuUse):
+    """FMU channel: what it is told and which of its variables are the command."""
+
+    inputs: Annotated[dict[VariableName, FmuSignal], Field(min_length=1)]
+    """Which signal each input variable gets; it is converted to the unit that the variable has."""
+    outputs: FmuCommand
+    master: Literal["jacobi", "gauss_seidel"] = "jacobi"
+    """With ``jacobi`` the step to the present tick was done with the inputs of the tick before;
+    with ``gauss_seidel`` the inputs of the present one are set before it is done."""
 
 
 Rating = Annotated[int, Field(ge=0, le=8)]
@@ -477,6 +628,17 @@ class ProcessChannel(_OutsideChannel):
     parameters: ProcessParameters
 
 
+class FmuChannel(_OutsideChannel):
+    """The built-in channel that asks an FMU."""
+
+    kind: Literal["fmu"]
+    parameters: FmuParameters
+
+
+HostedChannel = ProcessChannel | FmuChannel
+"""Channels with a program of their own in each run."""
+
+
 class PluginChannel(_OutsideChannel):
     """A channel from outside the package."""
 
@@ -490,7 +652,8 @@ BuiltInChannel = Annotated[
     | TrajectoryChannel
     | ReferenceChannel
     | PolicyChannel
-    | ProcessChannel,
+    | ProcessChannel
+    | FmuChannel,
     Field(discriminator="kind"),
 ]
 Channel = BuiltInChannel | PluginChannel

@@ -40,6 +40,7 @@ TARGET: Final = (
     r"|links\.[a-z][a-z0-9_]*\.((channels|health)\.)?[a-z][a-z0-9_]*|tyres|switch)$"
 )
 PLUGIN: Final = r"^.+:[A-Za-z_][A-Za-z0-9_]*$"
+FMU: Final = r"^\./.+\.fmu$"
 CHOICE: Final = r"^(all|first [1-9][0-9]{0,6}|sample [1-9][0-9]{0,6} seed [0-9]{1,9})$"
 _DATE: Final = r"[0-9]{4}-[0-9]{2}-[0-9]{2}"
 PATTERNS: Final = {
@@ -50,6 +51,7 @@ PATTERNS: Final = {
         "actuators.<drive, brake or steering>, tyres or switch"
     ),
     PLUGIN: "must be module:Class or ./file.py:Class",
+    FMU: "must be ./file.fmu, a path relative to this file",
     CHOICE: "must be all, first N or sample N seed K, of the places of a map",
 }
 """What each pattern of a text asks for, in words."""

@@ -273,17 +273,20 @@ MODULES = {
     "trajectory": "adeye.simulate.channels.trajectory.channel",
     "policy": "adeye.simulate.channels.policy",
     "process": "adeye.simulate.channels.process.channel",
+    "fmu": "adeye.simulate.channels.fmu",
 }
 NO_CAUSE = {
     # Imported for its records, names or constants only.
     ("policy", "simulate/channels/driving.py"),
+    ("fmu", "simulate/channels/driving.py"),
+    ("fmu", "kernel/profiles.py"),
     ("trajectory", "simulate/channels/corridor.py"),
     ("nominal", "kernel/profiles.py"),
     ("safety", "kernel/profiles.py"),
     # What it is told of the road comes from the record that compiled stages ask, too.
     ("process", "kernel/road.py"),
 }
-BESIDE = {"hooks", "links", "guard", "scalar"}
+BESIDE = {"hooks", "links", "guard", "scalar", "process.channel", "process.protocol"}
 """Modules of channels that decide nothing: they contain, show and disturb."""
 
 

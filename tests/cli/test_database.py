@@ -9,9 +9,9 @@ from typing import Any
 
 import pytest
 
-from adeye.cli.queries import SAVED, VIEWS
 from adeye.store import schema
 from adeye.store.read.query import run_query
+from adeye.store.read.saved import SAVED, VIEWS
 from adeye.store.records import ContentRecord
 from adeye.store.repository import Repository
 from adeye.store.write.merge import Merged

@@ -10,9 +10,9 @@ from typing import Any
 import pyarrow.parquet as pq
 import pytest
 
-from adeye.cli import queries
-from adeye.cli.queries import SAVED
 from adeye.store import schema
+from adeye.store.read import saved as queries
+from adeye.store.read.saved import SAVED
 
 # --- ``query``: formats, saved queries by name, refusals
 

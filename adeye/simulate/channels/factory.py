@@ -10,6 +10,7 @@ from pydantic import BaseModel
 from adeye.errors import SpecError
 from adeye.plugins import Part, load_part, names_in, require, validate_parameters
 from adeye.ports import HookedChannel
+from adeye.simulate.channels.fmu import FmuChannel
 from adeye.simulate.channels.guard import GuardedChannel
 from adeye.simulate.channels.nominal import NominalChannel
 from adeye.simulate.channels.policy import PolicyChannel
@@ -43,8 +44,11 @@ BUILT_IN: Final[Mapping[str, Callable[[], ControlChannel]]] = {
 POLICY: Final = "policy"
 """Kind of the channel that asks a policy from outside; it is contained like a plug-in."""
 
-PROCESS: Final = "process"
-"""Kind of the channel that asks a program; it contains what that does."""
+HOSTED: Final[Mapping[str, Callable[[Path], ControlChannel]]] = {
+    "process": ProcessChannel,
+    "fmu": FmuChannel,
+}
+"""Channels with a program of their own in each run, by kind; they contain what that does."""
 
 
 def make_channel(kind: str, base_dir: Path, parameters: Any = None) -> ControlChannel:
@@ -53,7 +57,8 @@ def make_channel(kind: str, base_dir: Path, parameters: Any = None) -> ControlCh
     A class with ``reset`` works on the batch; one without is made once per run.
 
     Args:
-        kind: One of ``BUILT_IN``, ``policy``, ``process``, ``module:Class`` or ``./file.py:Class``.
+        kind: One of ``BUILT_IN`` or ``HOSTED``, ``policy``, ``module:Class`` or
+            ``./file.py:Class``.
         base_dir: Folder of the file that names a plug-in.
         parameters: Its parameter record, which may ask for another implementation of a kind; the
             default where it is missing.
@@ -72,8 +77,8 @@ def make_channel(kind: str, base_dir: Path, parameters: Any = None) -> ControlCh
         return GuardedChannel(BUILT_IN[kind](), trusted=True)
     if kind == POLICY:
         return GuardedChannel(PolicyChannel(base_dir))
-    if kind == PROCESS:
-        return ProcessChannel(base_dir)
+    if kind in HOSTED:
+        return HOSTED[kind](base_dir)
     return plugin_channel(load_part(kind, base_dir))
 
 

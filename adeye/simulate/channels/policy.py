@@ -123,6 +123,9 @@ class Kinematics:
         is_known: (B,) whether there is a recent ego estimate.
         degraded: (B,) whether a linked sensor does not deliver.
         tracks: (B, K, 6) confirmed tracks, see ``signals.TRACK_COLUMNS``.
+        seen: What the channel knows, see ``perception.step``.
+        ego: (B, 9) features of the ego, in SI.
+        objects: (B, K, 7) of the objects, the nearest first.
     """
 
     def __init__(self, context: ChannelContext, records: NDArray[np.void]) -> None:
@@ -134,16 +137,17 @@ class Kinematics:
         """
         runs = context.runs
         self._perception = Perception(context, records)
-        self._ego = np.zeros((runs, len(EGO_FEATURES)))
-        self._objects = np.zeros((runs, TRACKS, len(OBJECT_FEATURES)))
+        self.seen: Seen = self._perception.seen
+        self.ego: Floats = np.zeros((runs, len(EGO_FEATURES)))
+        self.objects: Floats = np.zeros((runs, TRACKS, len(OBJECT_FEATURES)))
         self.is_known: Bools = np.zeros(runs, dtype=np.bool_)
-        self.degraded: Bools = self._perception.seen.degraded
-        self.tracks: Floats = self._perception.seen.shown
+        self.degraded: Bools = self.seen.degraded
+        self.tracks: Floats = self.seen.shown
 
     def update(self, observation: Observation) -> None:
         """Take in the measurements of a tick."""
         self._perception.update(observation)
-        _describe(self._perception.seen, observation.time, self.is_known, self._ego, self._objects)
+        _describe(self.seen, observation.time, self.is_known, self.ego, self.objects)
 
     def shown(self, runs: Any, parameters: PolicyParameters) -> Mapping[str, Any] | Any:
         """Return the observation of some runs: flat, or the ego and the objects by name.
@@ -152,7 +156,7 @@ class Kinematics:
             runs: Their numbers.
             parameters: Say how it is laid out.
         """
-        ego, objects = self._ego[runs], self._objects[runs, : parameters.nearest]
+        ego, objects = self.ego[runs], self.objects[runs, : parameters.nearest]
         if parameters.normalised:
             ego = np.clip(ego / _EGO_SCALES, -1.0, 1.0)
             objects = np.clip(objects / _OBJECT_SCALES, -1.0, 1.0)

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -38,7 +39,7 @@ CUT_IN: dict[str, Any] = {
 
 def run(cases: list[TestCase], command: tuple[float, float] = (0.0, 0.0)) -> list[Scene]:
     """Drive every run to its end with one command; return the scenes."""
-    stage = Stage(compile_world(cases), cases)
+    stage = Stage(compile_world(cases), cases, Path())
     scenes = [stage.scene()]
     nothing: Floats = np.zeros((len(cases), len(cases[0].scenario.actors), 5))
     while scenes[-1].running.any():
@@ -59,7 +60,7 @@ def test_a_scene_holds_what_is_true_at_its_tick() -> None:
 
 def test_scenes_do_not_change_afterwards() -> None:
     cases = [make_case(make_scenario())]
-    stage = Stage(compile_world(cases), cases)
+    stage = Stage(compile_world(cases), cases, Path())
     first = stage.scene()
     before = first.ego.tolist()
     stage.advance(np.zeros((1, 2)), np.zeros((1, 0, 5)))
@@ -400,7 +401,7 @@ def driven(
     """Return the states (B, T, 7) after each tick under one command."""
     case = make_case(make_scenario(environment={"friction": friction}), vehicle=vehicle)
     world = compile_world([case] * runs)
-    stage = Ego([case] * runs, world.context)
+    stage = Ego([case] * runs, world.context, Path())
     states = world.ego.copy()
     rows: list[Any] = []
     for _ in range(ticks):
@@ -435,7 +436,7 @@ def test_gravity_pulls_along_a_grade_and_brakes_that_hold_it_hold_the_ego() -> N
     # Up by 4 % from 150 m on, down by 4 %, and flat.
     grades = np.array([[[0.0, 0.0], [150.0, 0.04]], [[0.0, -0.04]] * 2, [[0.0, 0.0]] * 2])
     road = replace(world.context.road, grades=grades)
-    stage = Ego(cases, replace(world.context, road=road))
+    stage = Ego(cases, replace(world.context, road=road), Path())
     states, s, moving = world.ego.copy(), np.full(3, 200.0), np.ones(3, dtype=np.bool_)
     stage.move(moving, np.zeros((3, 2)), states, s)
     pull = 9.80665 * 0.04 / math.hypot(1.0, 0.04)
@@ -450,6 +451,8 @@ def test_a_run_that_has_ended_stays_where_it_is() -> None:
     cases = [make_case(make_scenario())] * 2
     world = compile_world(cases)
     states = world.ego.copy()
-    Ego(cases, world.context).move(np.array([False, True]), np.zeros((2, 2)), states, np.zeros(2))
+    Ego(cases, world.context, Path()).move(
+        np.array([False, True]), np.zeros((2, 2)), states, np.zeros(2)
+    )
     assert states[0].tolist() == world.ego[0].tolist()
     assert states[1, EGO_X] == pytest.approx(201.5)

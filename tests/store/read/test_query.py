@@ -14,11 +14,11 @@ from typing import Any, ClassVar
 import psycopg
 import pytest
 
-from adeye.cli.queries import SAVED
 from adeye.errors import AdeyeError, InputError, PlatformError
 from adeye.store.location import locate
 from adeye.store.read import query as server_query
 from adeye.store.read.query import READER, _Guard, checked, grant, run_query, tokens_of
+from adeye.store.read.saved import SAVED
 from adeye.store.repository import Repository
 from adeye.store.tables import metadata
 from adeye.store.views import view_ddl

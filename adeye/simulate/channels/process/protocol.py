@@ -110,14 +110,14 @@ def observation_shown(observation: Observation, run: int, tick: int) -> dict[str
     }
 
 
-def wrong_hello(line: bytes) -> str:
+def wrong_hello(line: bytes, greeting: str = PROTOCOL) -> str:
     """Say what is wrong with a program's answer to the first line; empty if nothing is."""
     content, wrong = _read(line)
     if wrong:
         return wrong
     said = content.get("hello")
-    if said != PROTOCOL:
-        return f"its first line says hello {_short(said)}, not {PROTOCOL!r}"
+    if said != greeting:
+        return f"its first line says hello {_short(said)}, not {greeting!r}"
     return _unknown(content, ("hello",))
 
 

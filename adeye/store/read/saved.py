@@ -39,11 +39,11 @@ _LATEST: Final = "(SELECT campaign FROM v_campaigns WHERE recency = 1)"
 
 
 def _read(name: str) -> str:
-    return (resources.files("adeye.cli") / name).read_text("utf-8")
+    return (resources.files("adeye.store.read") / name).read_text("utf-8")
 
 
 def _saved() -> dict[str, SavedQuery]:
-    written = yaml.safe_load(Template(_read("queries.yaml")).substitute(latest=_LATEST))
+    written = yaml.safe_load(Template(_read("saved.yaml")).substitute(latest=_LATEST))
     return {name: SavedQuery(name, **fields) for name, fields in written.items()}
 
 

@@ -1,0 +1,175 @@
+"""Drives one FMU for one run: a program of its own, asked by lines of JSON.
+
+It is told ``{"hello", "file", "start", "inputs", "outputs", "sub_steps"}`` first and
+``{"tick", "set", "before", "step", "time"}`` at each tick; it answers with
+``{"hello": "adeye/fmu@1"}`` and ``{"tick", "values"}``. The FMU is initialised with the first
+inputs. Later ones are set before or after the step, which begins at ``time`` and may have no
+length; then the outputs are read. Whatever the FMU does to its process ends this one only, whose
+end is told as that of any program.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+GREETING: Final = "adeye/fmu@1"
+"""Name and version of these lines."""
+
+ACCESSORS: Final = {"Enumeration": {"2.0": "Integer", "3.0": "Int64"}}
+"""By which type variables of a type are set and read, where that is not its own."""
+
+
+class Instance:
+    """One instance of an FMU for co-simulation, of FMI 2.0 or 3.0."""
+
+    def __init__(self, description: Any, folder: str) -> None:
+        """Load the binary and make an instance.
+
+        Args:
+            description: What ``fmpy.read_model_description`` returns.
+            folder: Where the FMU's files are.
+        """
+        from fmpy.simulation import instantiate_fmu
+
+        self._version: str = description.fmiVersion
+        self._variables = {item.name: item for item in description.modelVariables}
+        self._fmu: Any = instantiate_fmu(folder, description, fmi_type="CoSimulation")
+
+    def begin(self, start: dict[str, Any], time: float, stop: float | None = None) -> None:
+        """Set start values and initialise.
+
+        Args:
+            start: Values by variable.
+            time: To begin at [s].
+            stop: When it will end [s], where that is known.
+        """
+        constant = {"constant", "fixed", "tunable"}
+        early = {
+            name: value
+            for name, value in start.items()
+            if self._variables[name].variability in constant
+            or self._variables[name].causality not in {"input"}
+        }
+        if self._version == "2.0":
+            self._fmu.setupExperiment(startTime=time, stopTime=stop)
+            self.set(list(early), list(early.values()))
+            self._fmu.enterInitializationMode()
+        else:
+            self.set(list(early), list(early.values()))
+            self._fmu.enterInitializationMode(startTime=time, stopTime=stop)
+        late = {name: value for name, value in start.items() if name not in early}
+        self.set(list(late), list(late.values()))
+        self._fmu.exitInitializationMode()
+
+    def set(self, names: Sequence[str], values: Sequence[Any]) -> None:
+        """Set variables; a number becomes what the variable's type is."""
+        for name, value in zip(names, values, strict=True):
+            variable = self._variables[name]
+            setter = getattr(self._fmu, f"set{self._accessor(variable.type)}")
+            setter([variable.valueReference], [_typed(variable.type, value)])
+
+    def get(self, names: Sequence[str]) -> list[Any]:
+        """Read variables of one value each."""
+        return [self._plain(self._variables[name]) for name in names]
+
+    def step(self, time: float, size: float) -> None:
+        """Do one step.
+
+        Args:
+            time: It begins at [s].
+            size: Its length [s].
+
+        Raises:
+            RuntimeError: The FMU did not reach its end.
+        """
+        done = self._fmu.doStep(currentCommunicationPoint=time, communicationStepSize=size)
+        if done is None:
+            return
+        _, ends, is_early, reached = done
+        if ends:
+            msg = f"the FMU asked to end the simulation in the step from {time:g} s"
+            raise RuntimeError(msg)
+        if is_early and reached < time + size - 1e-9 * size:
+            msg = f"the FMU returned from the step from {time:g} s at {reached:g} s"
+            raise RuntimeError(msg)
+
+    def _accessor(self, kind: str) -> str:
+        return ACCESSORS.get(kind, {}).get(self._version, kind)
+
+    def _plain(self, variable: Any) -> Any:
+        getter = getattr(self._fmu, f"get{self._accessor(variable.type)}")
+        value = getter([variable.valueReference])[0]
+        if isinstance(value, bytes):
+            return value.hex() if variable.type == "Binary" else value.decode("utf-8", "replace")
+        if variable.type == "Boolean":
+            return bool(value)
+        return value
+
+
+def _typed(kind: str, value: Any) -> Any:
+    """Turn a number into what variables of a type take; other values stay as they are."""
+    if kind == "Boolean":
+        return bool(value)
+    if kind in {"Real", "Float64", "Float32"}:
+        return math.nan if value is None else float(value)
+    if kind in {"String", "Binary"}:
+        return value
+    return round(value)
+
+
+def open_fmu(file: str, folder: str) -> Instance:
+    """Extract an FMU that was checked before, and make an instance."""
+    import fmpy
+
+    fmpy.extract(file, folder)
+    return Instance(fmpy.read_model_description(file), folder)
+
+
+def drive(hello: dict[str, Any], lines: Any, answer: Any) -> None:
+    """Answer one line after the other until there are no more."""
+    instance = open_fmu(hello["file"], str(Path("fmu").resolve()))
+    answer({"hello": GREETING})
+    inputs, outputs, parts = hello["inputs"], hello["outputs"], hello["sub_steps"]
+    has_begun = False
+    for line in lines:
+        asked = json.loads(line)
+        if not has_begun:
+            first = dict(zip(inputs, asked["set"], strict=True))
+            instance.begin({**hello["start"], **first}, asked["time"])
+            has_begun = True
+        elif asked["before"]:
+            instance.set(inputs, asked["set"])
+        for part in range(parts if asked["step"] else 0):
+            size = asked["step"] / parts
+            instance.step(asked["time"] + part * size, size)
+        if not asked["before"]:
+            instance.set(inputs, asked["set"])
+        answer({"tick": asked["tick"], "values": instance.get(outputs)})
+
+
+def main() -> None:
+    """Drive the FMU that the first line names; what it prints goes to standard error."""
+    out = os.fdopen(os.dup(1), "wb", buffering=0)
+    os.dup2(2, 1)
+    lines = sys.stdin.buffer
+
+    def answer(content: dict[str, Any]) -> None:
+        out.write(json.dumps(content, separators=(",", ":")).encode("ascii") + b"\n")
+
+    hello = json.loads(lines.readline())
+    try:
+        drive(hello, lines, answer)
+    except Exception as error:  # noqa: BLE001 - its last line of standard error is what is told
+        sys.exit(" ".join(f"{type(error).__name__}: {error}".split()))
+
+
+if __name__ == "__main__":
+    main()
