@@ -144,6 +144,8 @@ def read_description(path: Path) -> Description:
 
 def _require_harmless(path: Path) -> None:
     """Refuse an archive that would write outside of a folder, or too much."""
+    if not path.is_file():
+        raise SpecError(f"there is no file {shown(str(path))}", remedy="Check the path.")
     try:
         with zipfile.ZipFile(path) as archive:
             members = archive.infolist()

@@ -131,6 +131,10 @@ def test_what_is_no_archive_is_refused(tmp_path: Path) -> None:
     refused(SpecError, fmi.read_description, path, says="is no FMU")
 
 
+def test_missing_file_is_told(tmp_path: Path) -> None:
+    refused(SpecError, fmi.read_description, tmp_path / "x.fmu", says="there is no file")
+
+
 def test_missing_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "fmpy", None)
     refused(InputError, fmi.read_description, tmp_path / "x.fmu", says=r"adeye\[fmi\]")
