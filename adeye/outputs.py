@@ -133,7 +133,7 @@ def guarded(
 
 
 def are_guarded(paths: Collection[Path]) -> bool:
-    """Tell whether somebody named all these files to ``guarded`` already, and none of them twice."""
+    """Tell whether somebody named all these files, each once, to ``guarded`` already."""
     known = {path for guard in _guards.get() for path in guard.files.values()}
     return len(set(paths)) == len(paths) and known.issuperset(paths)
 
