@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree as ET
 
 import pytest
@@ -124,7 +125,8 @@ def test_run_that_comes_out_otherwise_is_not_drawn(
 
     monkeypatch.setattr("adeye.reporting.rerun", drifting)
     monkeypatch.setattr(ReportBuilder, "_requests", lambda self, _: requests(self, failing))
-    files = {"html": tmp_path / "a.html", "junit": tmp_path / "a.xml", "json": tmp_path / "a.json"}
+    names = ("html", "junit", "json")
+    files: dict[str, Any] = {name: tmp_path / f"a.{name}" for name in names}
     for told in (
         write_reports(mini.db, None, **files),
         write_replay(mini.db, failing, tmp_path / "b.html"),

@@ -318,6 +318,18 @@ def test_report_of_evidence_that_was_altered_is_written_and_tells(
     assert 'name="exit_code"' in (folder / "r.xml").read_text("utf-8")
 
 
+@pytest.mark.parametrize("table", ["concept", "odd", "scenario", "architecture", "test_case"])
+@pytest.mark.parametrize("verb", ["report --json r.json", "show RUN"])
+def test_content_that_is_gone_is_no_wrong_request(
+    adeye: Any, mini: Executed, folder: Path, table: str, verb: str
+) -> None:
+    shutil.copy(mini.db, folder / "x.db")
+    alter(folder / "x.db", f"DELETE FROM {table}")  # noqa: S608 - names of the test
+    run = mini.project.rows()[0]["run"]
+    done = adeye(*(run if word == "RUN" else word for word in verb.split()), "--db", "x.db")
+    assert done.code == 4, done.err
+
+
 def test_results_that_stay_without_a_trace_are_told(
     adeye: Any, mini: Executed, folder: Path
 ) -> None:

@@ -406,7 +406,7 @@ def staleness(project: Project) -> Staleness:
 
 
 KEPT = one_scenario(ego_speed=SPEEDS, gap=GAPS[:4])
-"""Twelve situations, of which ten are sampled; without the uncertainty their traces are kept, too."""
+"""Twelve situations, of which ten are sampled where the uncertainty is asked for."""
 
 
 @pytest.mark.parametrize("wanted", ["all", "failures"])
