@@ -66,6 +66,7 @@ class _Guard:
         self.updated = [files[also_read]] if also_read in files else []
         self.refusal: UsageError | None = None
         self._read: dict[tuple[int, int], str] = {}
+        self._new: dict[str, str] = {}
         taken = tuple(taken)
         seen: dict[object, str] = {}
         for name, path in files.items():
@@ -78,24 +79,26 @@ class _Guard:
                 key = inode = found.st_dev, found.st_ino
                 if name != also_read:
                     self._read[inode] = name
+            elif found is None:
+                self._new[_spelling(path)] = name
             if seen.setdefault(key, name) != name and not (found and stat.S_ISCHR(found.st_mode)):
-                raise UsageError(
-                    f"{seen[key]} and {name} are one file, {str(path)!r}",
-                    remedy="Give each a file of its own.",
-                )
+                raise _one_file(seen[key], name, path)
 
     def known(self, path: Path) -> list[Pattern]:
         """List the kinds of evidence that may be written anew there."""
         kinds = (_BASELINE, self.updated), (_SIGNED, self.renewed)
         return [kind for kind, paths in kinds if any(is_same(path, item) for item in paths)]
 
-    def reads(self, path: Path) -> None:
+    def reads(self, path: Path, option: str) -> None:
         """Compare a file that is read with those that are about to be written."""
         found = _stat(path)
-        name = self._read.get((found.st_dev, found.st_ino)) if found is not None else None
-        if name is not None:
+        if found is None and option and (name := self._new.get(_spelling(path))):
+            self.refusal = _one_file(name, option, self.files[name])
+        elif found is not None and (name := self._read.get((found.st_dev, found.st_ino))):
             self.refusal = _refused(name, self.files[name], "is what is read")
-            raise self.refusal
+        else:
+            return
+        raise self.refusal
 
 
 _guards: ContextVar[tuple[_Guard, ...]] = ContextVar("guards", default=())
@@ -130,19 +133,23 @@ def guarded(
 
 
 def are_guarded(paths: Collection[Path]) -> bool:
-    """Tell whether somebody named all these files to ``guarded`` already."""
+    """Tell whether somebody named all these files, each once, to ``guarded`` already."""
     known = {path for guard in _guards.get() for path in guard.files.values()}
-    return known.issuperset(paths)
+    return len(set(paths)) == len(paths) and known.issuperset(paths)
 
 
-def reads(path: str | Path) -> None:
+def reads(path: str | Path, option: str = "") -> None:
     """Say that a file is an input; to be called by whatever opens one.
+
+    Args:
+        path: Of the file.
+        option: What names it, if it means a file though none may be there: a verb may make it.
 
     Raises:
         UsageError: It is about to be written.
     """
     for guard in _guards.get():
-        guard.reads(Path(path))
+        guard.reads(Path(path), option)
 
 
 def require_plain(path: Path, most: float = math.inf) -> None:
@@ -268,6 +275,12 @@ def is_stream(path: Path) -> bool:
 def _refused(name: str, path: Path, why: str) -> UsageError:
     return UsageError(
         f"{name} {str(path)!r} {why}, and would be overwritten".strip(), remedy=_OTHER
+    )
+
+
+def _one_file(one: str, other: str, path: Path) -> UsageError:
+    return UsageError(
+        f"{one} and {other} are one file, {str(path)!r}", remedy="Give each a file of its own."
     )
 
 

@@ -13,7 +13,7 @@ from adeye.campaign.run import Progress
 from adeye.campaign.stale import find_stale
 from adeye.errors import InputError
 from adeye.outputs import write_atomically
-from adeye.report.build import MAX_REPLAYS, ReplayRequest, ReportBuilder
+from adeye.report.build import MAX_REPLAYS, ReplayRequest, ReportBuilder, drawn_in
 from adeye.report.claims import claims_of
 from adeye.report.comparison.compare import compare
 from adeye.report.files import guarding
@@ -27,6 +27,7 @@ from adeye.report.model.evidence import Change, Impact, StaleEvidence, StaleFile
 from adeye.report.model.part import Label
 from adeye.report.page.drive import plots_of, replay_of
 from adeye.report.page.html import render_comparison, write_html
+from adeye.report.page.replay import Replay, Undrawn
 from adeye.report.verification import replay_events, run_verdicts
 from adeye.spec.load import odd_of
 from adeye.store.location import option
@@ -39,7 +40,6 @@ if TYPE_CHECKING:
     from adeye.report.claims import ClaimOptions, Claims
     from adeye.report.comparison.records import CompareOptions, Comparison
     from adeye.report.model.report import Report
-    from adeye.report.page.replay import Replay
     from adeye.store.records import CampaignInfo, VerdictRecord
 
 # --- What changed since a baseline: the gate's comparison, and the evidence that became stale -----
@@ -192,12 +192,18 @@ def write_reports(  # noqa: PLR0913 - one parameter a file
 
 
 def _builder(
-    repository: Repository, campaign: CampaignInfo, db: str | Path | None
+    repository: Repository,
+    campaign: CampaignInfo,
+    db: str | Path | None,
+    *,
+    is_verified: bool = False,
 ) -> ReportBuilder:
     """Prepare the report of a campaign, which says when that was begun."""
     database = str(db) if db is not None else ""
     created = campaign.created_at[:SECOND]
-    return ReportBuilder(repository, campaign, database=database, created=created)
+    return ReportBuilder(
+        repository, campaign, database=database, created=created, is_verified=is_verified
+    )
 
 
 def read_report(db: str | Path | None, campaign: str | None) -> Report:
@@ -214,12 +220,13 @@ def read_report(db: str | Path | None, campaign: str | None) -> Report:
     with Repository.open(db, create=False) as repository:
         found = summary.find_called(repository, campaign)
         repository.require_sound(found.id)
-        builder = ReportBuilder(repository, found, database=str(db) if db is not None else "")
+        database = str(db) if db is not None else ""
+        builder = ReportBuilder(repository, found, database=database, is_verified=True)
         return builder.build(lambda _: (), replays=0)
 
 
-def write_replay(db: str | Path | None, run: str, path: Path) -> None:
-    """Write a page with the replay of one run.
+def write_replay(db: str | Path | None, run: str, path: Path) -> Report:
+    """Write a page with the replay of one run, and return its report.
 
     Args:
         db: Database, by default ``.adeye/adeye.db``.
@@ -234,7 +241,10 @@ def write_replay(db: str | Path | None, run: str, path: Path) -> None:
             pen = _Pen(repository, builder)
             report = builder.build(pen.draw, replays=0)
             drawn = pen.draw([ReplayRequest(ref, "asked for")])
-        write_html(report.model_copy(update={"replays": drawn}), path)
+        told = drawn_in(drawn, (report.exit_code, report.message))
+        report = report.model_copy(update=told)
+        write_html(report, path)
+    return report
 
 
 def compare_campaign(
@@ -347,7 +357,8 @@ def gate_campaign(db: str | Path | None, name: str | None, options: GateOptions)
                 edits=edits,
             )
             if options.junit is not None:
-                report = _builder(repository, campaign, db).build(lambda _: (), replays=0)
+                builder = _builder(repository, campaign, db, is_verified=True)
+                report = builder.build(lambda _: (), replays=0)
                 write_atomically(render_junit(report, result), options.junit)
         if options.is_update and options.baseline is not None:
             return update_baseline(
@@ -378,9 +389,9 @@ class _Pen:
     builder: ReportBuilder
     progress: Callable[[Progress], None] | None = None
 
-    def draw(self, requests: Sequence[ReplayRequest]) -> tuple[Replay, ...]:
-        """Execute runs again and draw them."""
-        drawn = []
+    def draw(self, requests: Sequence[ReplayRequest]) -> tuple[Replay | Undrawn, ...]:
+        """Execute runs again and draw those that come out as they are stored."""
+        drawn: list[Replay | Undrawn] = []
         told = self.progress or (lambda _: None)
         for number, request in enumerate(requests):
             told(Progress("report", number, len(requests), 0))
@@ -388,8 +399,11 @@ class _Pen:
         told(Progress("report", len(requests), len(requests), 0))
         return tuple(drawn)
 
-    def _drawn(self, request: ReplayRequest, done: Execution) -> Replay:
+    def _drawn(self, request: ReplayRequest, done: Execution) -> Replay | Undrawn:
         builder = self.builder
+        command = builder.replay_command(done.run.result_digest)
+        if done.trace.digests()[0] != done.stored.trace_digest:
+            return Undrawn(run=done.run.result_digest, why=request.why, command=command)
         records = self._verdicts(done)
         stored = {item.fsr_id: item for item in records}
         parameters = named_values(dict(done.case.parameters), builder.odd, done.run.scenario)
@@ -405,7 +419,7 @@ class _Pen:
             events=replay_events(done.stored.events),
             signals=plots_of(done.signals, 0, builder.concept.requirements, stored),
             why=request.why,
-            command=builder.replay_command(done.run.result_digest),
+            command=command,
         )
 
     def _verdicts(self, done: Execution) -> list[VerdictRecord]:

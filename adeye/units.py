@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
+from decimal import Decimal
 from enum import Enum
 from typing import Final
 
@@ -145,9 +146,9 @@ def read_quantity(text: str) -> tuple[float, tuple[int, int, int]]:
             remedy=f"Write a number and one of the units {', '.join(UNITS)}.",
         )
     if not name:
-        return _finite(float(match[1]), text), Dimension.NONE.exponents
+        return _finite(_held(match[1]), text), Dimension.NONE.exponents
     unit = UNITS[name]
-    return _finite(convert(float(match[1]), unit), text), unit.exponents
+    return _finite(convert(_held(match[1]), unit), text), unit.exponents
 
 
 def _read(text: str, dimension: Dimension) -> float:
@@ -158,11 +159,23 @@ def _read(text: str, dimension: Dimension) -> float:
     if not name:
         if dimension is not Dimension.NONE:
             raise _refuse(f"{shown(text)} has no unit", dimension)
-        return _finite(float(match[1]), text)
+        return _finite(_held(match[1]), text)
     unit = UNITS.get(name)
     if unit is None or unit.exponents != dimension.exponents:
         raise _refuse(f"{shown(text)} is not {dimension.label}", dimension)
-    return _finite(convert(float(match[1]), unit), text)
+    return _finite(convert(_held(match[1]), unit), text)
+
+
+def _held(digits: str) -> float:
+    """Read a number.
+
+    Raises:
+        UnitError: It is another number by then.
+    """
+    number = float(digits)
+    if is_rounded(digits, number):
+        raise UnitError(f"{shown(digits)} {ROUNDED}", remedy=FEWER_DIGITS)
+    return number
 
 
 def _finite(value: float, text: object) -> float:
@@ -172,7 +185,34 @@ def _finite(value: float, text: object) -> float:
         number = math.inf
     if not math.isfinite(number):
         raise UnitError(f"{shown(text)} is not a finite number", remedy="Write a smaller number.")
+    if number != value:
+        raise UnitError(f"{shown(text)} {ROUNDED}", remedy=FEWER_DIGITS)
     return number
+
+
+ROUNDED: Final = "would be rounded: of whole numbers above 2^53 not every one is held"
+FEWER_DIGITS: Final = "Write it without what all values have in common, or with the digits it has."
+_ALL_HELD: Final = 2.0**53
+"""Below it a float holds every whole number."""
+
+
+def is_rounded(text: str, number: float) -> bool:
+    """Tell whether a number that is written to its last whole digit is another one as a float.
+
+    Where digits are left out, as in 1e23, nobody said more than the float holds.
+
+    Args:
+        text: The number, which ``float`` reads.
+        number: What it read.
+
+    >>> is_rounded("9007199254740993", 9007199254740992.0), is_rounded("1e23", 1e23)
+    (True, False)
+    """
+    if not _ALL_HELD <= abs(number) < math.inf:
+        return False
+    written = Decimal(text)
+    exponent = written.as_tuple().exponent
+    return isinstance(exponent, int) and exponent <= 0 and written != Decimal(number)
 
 
 def decimal(text: str) -> float:

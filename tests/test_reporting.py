@@ -1,16 +1,21 @@
 """Reports written to files, and the runs that a page embeds."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree as ET
 
 import pytest
 
+from adeye.campaign.replay import Execution, rerun
 from adeye.campaign.run import Progress
 from adeye.errors import InputError, UsageError
 from adeye.judge.verdict import ExitCode
+from adeye.report.build import ReplayRequest, ReportBuilder
 from adeye.report.model.report import Report
 from adeye.reporting import read_report, write_replay, write_reports
+from adeye.store.records import RunRef
 from adeye.store.repository import Repository
 from tests.project import Executed, count_rows, table_hash
 from tests.refusals import refused
@@ -100,6 +105,51 @@ def test_one_run_has_a_page_of_its_own(mini: Executed, tmp_path: Path) -> None:
     page = (tmp_path / "replay.html").read_text("utf-8")
     assert run[:12] in page
     assert "asked for" in page
+
+
+@pytest.mark.slow
+def test_run_that_comes_out_otherwise_is_not_drawn(
+    mini: Executed, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As after an edit of a channel: what would be drawn is another drive than the stored one."""
+    with Repository.open(mini.db, create=False) as repository:
+        failing = repository.find_run(mini.project.rows()[0]["run"]).result_digest
+
+    def drifting(repository: Repository, run: RunRef) -> Execution:
+        done = rerun(repository, run)
+        if run.result_digest != failing:
+            return done
+        assert done.trace.digests()[0] == done.stored.trace_digest
+        row = {**done.stored.row, "trace_digest": "0" * 32}
+        return replace(done, stored=replace(done.stored, row=row))
+
+    monkeypatch.setattr("adeye.reporting.rerun", drifting)
+    monkeypatch.setattr(ReportBuilder, "_requests", lambda self, _: requests(self, failing))
+    names = ("html", "junit", "json")
+    files: dict[str, Any] = {name: tmp_path / f"a.{name}" for name in names}
+    for told in (
+        write_reports(mini.db, None, **files),
+        write_replay(mini.db, failing, tmp_path / "b.html"),
+    ):
+        assert told.exit_code is ExitCode.INTEGRITY
+        assert [item.run for item in told.undrawn] == [failing]
+        assert failing not in {item.run for item in told.replays}
+        assert f"run {failing[:12]}, " in told.message
+        assert "comes out otherwise than it is stored, and is not drawn" in told.message
+    for name in ("a.html", "b.html"):
+        page = (tmp_path / name).read_text("utf-8")
+        assert "Not drawn, as it comes out otherwise than it is stored" in page
+        assert "Exit code 4" in page
+    assert "comes out otherwise" in files["junit"].read_text("utf-8")
+    assert '"exit_code": 4' in files["json"].read_text("utf-8")
+
+
+def requests(builder: ReportBuilder, run: str) -> list[ReplayRequest]:
+    """Ask for a run and for another one."""
+    find, own = builder.repository.find_run, builder.campaign.id
+    others = (find(at, campaign=own) for at in "12")
+    other = next(item for item in others if item.result_digest != run)
+    return [ReplayRequest(find(run, campaign=own), "one"), ReplayRequest(other, "another")]
 
 
 @pytest.mark.slow

@@ -726,7 +726,8 @@ class _Campaign:
             return found
         if not executes:
             return Halved(0, ("they were not executed; `adeye run` executes them",))
-        halves = HalfStepTasks(self._repository, self._plan, fitting(self._plan.examples()))
+        fit = fitting(self._plan.examples())
+        halves = HalfStepTasks(self._repository, self._plan, fit, self._context)
         self._report(Progress("half step", 0, halves.total, 0))
         for done in lanes.start(halves):
             unchanged.check()

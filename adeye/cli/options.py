@@ -123,9 +123,9 @@ def guarding(verb: Callable[..., None], options: Mapping[str, Any]) -> Iterator[
         for name in options.keys() - outputs.keys() - {"db"}:
             value = options[name]
             for item in value if isinstance(value, list) else [value]:
-                # Whatever text an option has, it may name a file.
+                # Whatever text an option has, it may name a file; a path does, there or not.
                 if isinstance(item, str | Path):
-                    reads(item)
+                    reads(item, flag_of(name) if isinstance(item, Path) else "")
         yield
 
 

@@ -304,9 +304,10 @@ def report(
     """Write the report of a campaign that has been run: HTML, JUnit XML, JSON, SARIF, GSN, ReqIF.
 
     The runs that the page replays are executed again for it, to the same bits; nothing is stored.
+    One that does not come out as it is stored is not drawn.
 
-    Exit codes: 0 written, whatever the verdict; 2 input error, 4 written, but what the verdict is
-    folded from is not as it was written; 5 database or disk.
+    Exit codes: 0 written, whatever the verdict; 2 input error, 4 written, but the evidence is not
+    as it was written, or a run did not come out as it is stored; 5 database or disk.
 
     Parameters:
         output: The HTML page; default: report.html if no other file is asked for.
@@ -443,12 +444,18 @@ def _write_after_run(files: Files, db: str | None, summary: CampaignSummary, *, 
     """Write the reports; a failure to do so takes its place among the reasons of the exit code."""
     if not any(files.values()):
         return int(summary.exit_code)
+    codes = [ExitCode(summary.exit_code)]
     try:
-        _write(files, db, summary.campaign, quiet=quiet)
+        written = _write(files, db, summary.campaign, quiet=quiet)
     except AdeyeError as error:
         out.talk(out.clean(f"The report was not written: {error}", lines=True))
-        return int(exit_code([ExitCode(summary.exit_code), ExitCode(error.exit_code)]))
-    return int(summary.exit_code)
+        codes.append(ExitCode(error.exit_code))
+    else:
+        # Who only executes what is missing has not looked at all rows, as the report has.
+        if written.exit_code is ExitCode.INTEGRITY and written.exit_code not in codes:
+            out.talk(out.clean(written.message, lines=True))
+            codes.append(written.exit_code)
+    return int(exit_code(codes))
 
 
 def _write(

@@ -9,7 +9,7 @@ import typer
 
 from adeye.cli.options import Db, Json, RunId, named, named_page, option
 from adeye.cli.output import clean, emit, emit_fields, emit_found, emit_value, wrote
-from adeye.errors import UsageError
+from adeye.errors import IntegrityError, UsageError
 from adeye.judge.verdict import ExitCode
 from adeye.outputs import write_atomically
 from adeye.units import Dimension, parse_quantity
@@ -70,7 +70,8 @@ def replay(  # noqa: PLR0917 - options of the command line
     With --grid and --dump it saves the grid map around the ego at a time, layer by layer, as a
     NumPy archive: with what is true, or with --channel what that channel believes.
 
-    Exit codes: 0 identical, 4 the trace differs.
+    Exit codes: 0 identical, 4 the trace differs, or with --html the evidence is not as it was
+    written.
 
     Parameters:
         html: Write the run as an HTML page with its replay.
@@ -92,15 +93,18 @@ def replay(  # noqa: PLR0917 - options of the command line
     else:
         again = replay_run(db, run, _saved(channel, dump, cells))
     emit_found("replay", again, _print, json=json)
+    written = None
     if html is not None:
         from adeye.reporting import write_replay
 
-        write_replay(db, run, html)
+        written = write_replay(db, run, html)
         wrote(html)
     if dump is not None:
         wrote(dump)
     if not again.identical:
         raise typer.Exit(ExitCode.INTEGRITY)
+    if written is not None and written.exit_code is ExitCode.INTEGRITY:
+        raise IntegrityError(written.message)
 
 
 def _saved(channel: str | None, dump: Path | None, cells: str | None) -> tuple[str, Path] | None:

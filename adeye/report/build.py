@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from adeye.judge.verdict import Outcome, Verdict
+from adeye.errors import IntegrityError
+from adeye.judge.verdict import ExitCode, Outcome, Verdict, exit_code
 from adeye.report import concept as sections
 from adeye.report import verification
 from adeye.report.assessment import assessment_of
@@ -24,7 +25,7 @@ from adeye.report.metrics import dead_axes, summarise
 from adeye.report.model.assessment import FaultEvidence
 from adeye.report.model.part import Label
 from adeye.report.model.report import Cell, MapNote, Report, WorstCase
-from adeye.report.page.replay import Replay
+from adeye.report.page.replay import Replay, Undrawn
 from adeye.spec.concept import Concept, Requirement
 from adeye.spec.load import MAPS, odd_of
 from adeye.spec.quantity import SI
@@ -50,7 +51,7 @@ WORST_PER_FSR = 3
 MAX_WORST = 40
 MAX_REPLAYS = 16
 MAX_READ = 10_000
-"""Test cases up to which a report hashes every row (5 s) and asks every integrity rule."""
+"""Test cases up to which a report asks every integrity rule."""
 _LOOKED_AT = 500
 """Runs whose verdicts are read at once."""
 
@@ -63,7 +64,27 @@ class ReplayRequest:
     why: str
 
 
-Draw = Callable[[Sequence[ReplayRequest]], tuple[Replay, ...]]
+Draw = Callable[[Sequence[ReplayRequest]], Sequence[Replay | Undrawn]]
+
+
+def drawn_in(drawn: Sequence[Replay | Undrawn], answer: tuple[ExitCode, str]) -> dict[str, Any]:
+    """Give what a report has of runs that were drawn, by the names of its fields.
+
+    Args:
+        drawn: What came of drawing them.
+        answer: Exit code and message without them.
+    """
+    code, message = answer
+    undrawn = tuple(item for item in drawn if isinstance(item, Undrawn))
+    if undrawn:
+        code = exit_code([code, ExitCode.INTEGRITY])
+        message = "; ".join([*map(str, undrawn), message])
+    return {
+        "replays": tuple(item for item in drawn if isinstance(item, Replay)),
+        "undrawn": undrawn,
+        "exit_code": code,
+        "message": message,
+    }
 
 
 @dataclass(frozen=True)
@@ -75,12 +96,14 @@ class ReportBuilder:
         campaign: The campaign.
         database: How commands name the database; empty for the default.
         created: UTC time for the page, None to reproduce its bytes.
+        is_verified: Whether every row was compared already, and whoever did so tells.
     """
 
     repository: Repository
     campaign: CampaignInfo
     database: str = ""
     created: str | None = None
+    is_verified: bool = False
 
     @cached_property
     def concept(self) -> Concept:
@@ -133,7 +156,8 @@ class ReportBuilder:
         )
         cells = tuple(self._cells())
         factors = tuple(sections.factors_of(content))
-        code, message = gate_code(self.repository, self.campaign)
+        answer = self._answer()
+        known = self.repository.evidence.root(self.campaign.id)
         worst = self._worst_cases()
         progress = self.repository.progress(self.campaign.id)
         report = Report(
@@ -148,9 +172,7 @@ class ReportBuilder:
             concept=self.concept.concept,
             concept_title=self.concept.title,
             concept_digest=self.campaign.concept_digest,
-            evidence_digest=self._evidence(),
-            exit_code=code,
-            message=message,
+            evidence_digest="" if known is None else known.root,
             determinism=determinism(
                 str(provenance.get("backend", "")), str(provenance.get("variant", ""))
             ),
@@ -193,7 +215,7 @@ class ReportBuilder:
             dependencies=tuple(sections.dependencies_of(content)),
             suites=tuple(sections.suites_of(content)),
             self_test=read_result(self.repository.location.beside.parent, provenance),
-            replays=draw(self._requests(worst)[:replays]) if replays else (),
+            **drawn_in(draw(self._requests(worst)[:replays]) if replays else (), answer),
             **evidence_of(self.repository, self.campaign, self.odd, self._command),
         )
         rows = verification.verification_of(report, self.requirements, designs_of(self.odd))
@@ -202,16 +224,20 @@ class ReportBuilder:
 
     @property
     def is_read_whole(self) -> bool:
-        """Whether the campaign is small enough to read every row of it."""
+        """Whether the campaign is small enough to ask every integrity rule."""
         return self.campaign.planned <= MAX_READ
 
-    def _evidence(self) -> str:
-        """Return the root of the campaign's evidence: of its rows as they are, if they are few."""
-        evidence = self.repository.evidence
-        if self.is_read_whole:
-            return evidence.computed_root(self.campaign.id).root
-        known = evidence.root(self.campaign.id)
-        return "" if known is None else known.root
+    def _answer(self) -> tuple[ExitCode, str]:
+        """Decide the exit code and say why; rows that are not as they were written come first."""
+        has_old, evidence = not self.is_verified, self.repository.evidence
+        code, message = gate_code(self.repository, self.campaign, has_old=has_old)
+        if has_old and code is not ExitCode.INTEGRITY:
+            # Who has made hashes and ledger agree with what was altered has not made the root so.
+            try:
+                evidence.require_root(evidence.computed_root(self.campaign.id))
+            except IntegrityError as error:
+                return ExitCode.INTEGRITY, str(error)
+        return code, message
 
     def _statements(self) -> tuple[str, ...]:
         designs = designs_of(self.odd)

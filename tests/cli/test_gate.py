@@ -14,6 +14,7 @@ from adeye.report.gate.baseline import baseline_text, read_baseline
 from adeye.store.repository import Repository
 from tests.project import CONCEPT, Executed, Project, count_rows
 from tests.sql import alter
+from tests.stored import known
 
 # --- ``gate``: what is printed, the document, JUnit, options that do not go together
 
@@ -286,6 +287,47 @@ def test_report_of_evidence_that_is_gone_is_written_and_tells(
     done = adeye("report", "--db", "x.db", "--json", "r.json")
     assert (done.code, "is missing, though its block is done" in done.err) == (4, True)
     assert "is not as it was written" in json.loads((folder / "r.json").read_text())["message"]
+
+
+ALTERED = {
+    "margin": "UPDATE verdict SET margin = margin + 3, value = 1.25 WHERE margin IS NOT NULL",
+    "threshold": "UPDATE concept SET content = replace(content, '\"at_most\":', '\"at_most\":9')",
+    "severity": "UPDATE concept SET content = replace(content, '\"S3\"', '\"S1\"')",
+    "metric": "UPDATE metric SET min_distance_m = 77.7 WHERE run_number = 3",
+    "event": "UPDATE event SET time_s = time_s + 1.0 WHERE run_number = 3",
+    "parameters": "UPDATE test_case SET parameters = replace(parameters, '0', '1')",
+}
+"""What the page of a report shows, in the words of SQL."""
+
+
+@pytest.mark.parametrize("change", ALTERED)
+def test_report_of_evidence_that_was_altered_is_written_and_tells(
+    adeye: Any, mini: Executed, folder: Path, change: str
+) -> None:
+    shutil.copy(mini.db, folder / "x.db")
+    with Repository.open(folder / "x.db", create=False) as repository:
+        root = known(repository.evidence.root(repository.find_campaign().id)).root
+    alter(folder / "x.db", ALTERED[change])
+    files = ("--json", "r.json", "--junit", "r.xml", "--gsn", "r.json.mmd", "--sarif", "r.sarif")
+    done = adeye("report", "--db", "x.db", *files)
+    assert (done.code, "is not as it was written" in done.err) == (4, True)
+    told = json.loads((folder / "r.json").read_text())
+    assert (told["exit_code"], told["evidence_digest"]) == (4, root)
+    assert "is not as it was written" in told["message"]
+    assert "is not as it was written" in (folder / "r.xml").read_text("utf-8")
+    assert 'name="exit_code"' in (folder / "r.xml").read_text("utf-8")
+
+
+@pytest.mark.parametrize("table", ["concept", "odd", "scenario", "architecture", "test_case"])
+@pytest.mark.parametrize("verb", ["report --json r.json", "show RUN"])
+def test_content_that_is_gone_is_no_wrong_request(
+    adeye: Any, mini: Executed, folder: Path, table: str, verb: str
+) -> None:
+    shutil.copy(mini.db, folder / "x.db")
+    alter(folder / "x.db", f"DELETE FROM {table}")  # noqa: S608 - names of the test
+    run = mini.project.rows()[0]["run"]
+    done = adeye(*(run if word == "RUN" else word for word in verb.split()), "--db", "x.db")
+    assert done.code == 4, done.err
 
 
 def test_results_that_stay_without_a_trace_are_told(

@@ -372,6 +372,30 @@ def test_file_that_cannot_be_one_of_its_own_is_refused_before_the_run(
     assert not (project / "new.db").exists()
 
 
+READ_BESIDE = [
+    ("gate --junit", "--baseline NEW --update"),
+    ("gate --junit", "--baseline NEW"),
+    ("report --sarif", "--baseline NEW"),
+    ("manifest write --output", "--sign NEW"),
+    ("manifest write --output", "--file table.csv --file NEW"),
+    ("run --report-json", "NEW"),
+]
+"""Options that name a file to write, and what else of their verb names one."""
+
+
+@pytest.mark.parametrize(("option", "other"), READ_BESIDE)
+@pytest.mark.parametrize("way", ["new.json", "./new.json", "odd/../new.json", "NEW.JSON"])
+def test_what_is_written_is_no_other_file_that_is_named_there_or_not(
+    adeye: Any, project: Path, option: str, other: str, way: str
+) -> None:
+    verb, _, flag = option.rpartition(" ")
+    before = {path: path.read_bytes() for path in project.rglob("*") if path.is_file()}
+    words = other.replace("NEW", "new.json").split()
+    done = adeye(*verb.split(), *words, flag, way)
+    assert "are one file" in done.refused
+    assert {path: path.read_bytes() for path in project.rglob("*") if path.is_file()} == before
+
+
 @pytest.mark.slow
 def test_baseline_is_renewed_and_no_database_is_one(adeye: Any, project: Path) -> None:
     for _ in range(2):

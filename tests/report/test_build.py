@@ -13,7 +13,7 @@ from adeye.judge.verdict import ExitCode, Verdict
 from adeye.report.build import MAX_REPLAYS, WORST_PER_FSR, ReplayRequest, ReportBuilder
 from adeye.report.credibility import write_result
 from adeye.report.model.report import Cell, Report
-from adeye.report.page.html import render
+from adeye.report.page.html import arrange, badge, render
 from adeye.report.page.replay import Replay
 from adeye.simulate.engine import NUMERICS_VERSION
 from adeye.store.repository import Repository
@@ -232,17 +232,30 @@ def test_report_knows_its_evidence_lines_and_rules(built: Report, repository: Re
 
 
 @pytest.mark.slow
-def test_large_campaign_is_not_read_whole(
+def test_large_campaign_is_not_asked_every_rule(
     builder: ReportBuilder, repository: Repository, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("adeye.report.build.MAX_READ", 1)
-    monkeypatch.setattr(
-        "adeye.store.evidence.roots.computed_root", lambda *_: pytest.fail("reads all")
-    )
     told = builder.build(no_replays)
     root = known(repository.evidence.root(told.campaign))
     assert told.evidence_digest == root.root
     assert 0 < told.integrity_rules < 28
+
+
+@pytest.mark.slow
+def test_root_that_nobody_stored_is_not_printed(
+    builder: ReportBuilder, repository: Repository, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As of somebody who made every hash and the ledger agree with what was altered."""
+    root = known(repository.evidence.root(builder.campaign.id))
+    other = replace(root, root="f" * 64)
+    monkeypatch.setattr(type(repository.evidence), "computed_root", lambda *_: other)
+    told = replace(builder).build(no_replays)
+    assert (told.exit_code, told.evidence_digest) == (ExitCode.INTEGRITY, root.root)
+    assert "its evidence has root ffffffffffff" in told.message
+    assert arrange(told).gate == badge(Verdict.ERROR), "nothing is green"
+    verified = replace(builder, is_verified=True).build(no_replays)
+    assert verified.exit_code is ExitCode.OK, "who compared the rows tells"
 
 
 def test_runs_are_read_once(builder: ReportBuilder, rows: list[dict[str, Any]]) -> None:

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from adeye.campaign.executors import Done
+    from adeye.campaign.work import WorkContext
     from adeye.judge.requirements import CheckedRequirement
     from adeye.store.records import MetricValue, StoredRun
 
@@ -101,15 +102,20 @@ class HalfStepTasks(Iterator[BatchTask]):
         twins: Twins that were executed.
     """
 
-    def __init__(self, repository: Repository, plan: CampaignPlan, fitting: int) -> None:
+    def __init__(
+        self, repository: Repository, plan: CampaignPlan, fitting: int, context: WorkContext
+    ) -> None:
         """Look up what is there already.
 
         Args:
             repository: The database; the campaign is planned.
             plan: A checked plan that asks for the uncertainty.
             fitting: Most runs whose traces fit into memory together.
+            context: What runs are executed with, also which of their traces are kept. Twins have
+                none that is kept: nothing judges them again, they are executed anew.
         """
         self._repository, self._plan = repository, plan
+        self._context = context
         self._pairs = {sample: pairs_of(plan, sample) for sample in plan.samples}
         self._waiting = deque(self._open(fitting))
         self._given: dict[int, _Batch] = {}
@@ -125,7 +131,8 @@ class HalfStepTasks(Iterator[BatchTask]):
         batch = self._waiting.popleft()
         self._count += 1
         self._given[self._count] = batch
-        return BatchTask(self._count, batch.cases, (), self._plan.work)
+        context = self._plan.work if batch.is_twin else self._context
+        return BatchTask(self._count, batch.cases, (), context)
 
     def absorb(self, done: Done[BatchTask, BatchResult]) -> None:
         """Save what came back; what failed is tried again, at last run by run."""

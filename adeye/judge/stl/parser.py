@@ -17,7 +17,7 @@ from typing import Final, Literal, NoReturn, TypeAlias, cast
 
 from adeye.errors import ExpressionError, SourceLocation
 from adeye.judge.stl import syntax
-from adeye.units import UNITS, Dimension, convert
+from adeye.units import FEWER_DIGITS, ROUNDED, UNITS, Dimension, convert, is_rounded
 
 # --- Tokens of a formula: words, symbols, and numbers with their units ----------------------------
 
@@ -111,16 +111,24 @@ def _token_at(text: str, position: int, where: SourceLocation | None) -> Token:
 
 
 def _number(text: str, number: re.Match[str], where: SourceLocation | None) -> Token:
+    digits = float(number.group())
+    if is_rounded(number.group(), digits):
+        raise ExpressionError(
+            f"formula '{cut(text)}', character {number.start() + 1}: {number.group()[:40]} "
+            f"{ROUNDED}",
+            where=where,
+            remedy=FEWER_DIGITS,
+        )
     unit = _UNIT.match(text, number.end())
     if unit is None or unit.group(1) in _CONNECTIVES:
-        value = _finite(float(number.group()), text, number, where)
+        value = _finite(digits, text, number, where)
         return Token("number", number.group(), number.span(), value)
     # The longest reading first: 10 m/s is a speed, 10 m/speed a length divided by a signal.
     for word in (unit.group(1), unit.group(1).partition("/")[0]):
         end = unit.start(1) + len(word)
         known = UNITS.get(word)
         if known is not None and not re.match(r"\w", text[end : end + 1]):
-            value = _finite(convert(float(number.group()), known), text, number, where)
+            value = _finite(convert(digits, known), text, number, where)
             span = (number.start(), end)
             return Token("number", text[slice(*span)], span, value, known.exponents, has_unit=True)
     raise ExpressionError(

@@ -24,10 +24,13 @@ from adeye.judge.verdict import Verdict
 from adeye.kernel.relation import TIME_SLACK, tick_time
 from adeye.outputs import require_plain
 from adeye.units import (
+    FEWER_DIGITS,
+    ROUNDED,
     UNITS,
     Dimension,
     convert,
     decimal,
+    is_rounded,
     parse_quantity,
     read_quantity,
     shown,
@@ -103,6 +106,13 @@ class Table:
             raise InputError(message, where=where, remedy=remedy)
         raise InputError(f"{self.name}, row {row + 1}: {message}", remedy=remedy)
 
+    def refuse_rounded(self, column: str, numbers: Sequence[float | None]) -> None:
+        """Raise an error about the first cell of a column that is not the number read of it."""
+        for row, (cell, number) in enumerate(zip(self.cells(column), numbers, strict=True)):
+            if number is not None and _is_rounded(cell, number):
+                named = "" if self.lines else f" in column {shown(column)}"
+                self.refuse(f"{_text(cell)[:40]}{named} {ROUNDED}", FEWER_DIGITS, row, column)
+
 
 # --- reading
 
@@ -168,7 +178,8 @@ def _read_parquet(path: Path) -> Table:
 
     try:
         require_plain(path)
-        frame = pd.read_parquet(path)
+        # Without kinds that know nothing, whole numbers beside an empty cell would become floats.
+        frame = pd.read_parquet(path, dtype_backend="numpy_nullable")
     except ImportError as error:
         raise InputError(
             f"{path} is a Parquet file, for which pandas needs pyarrow",
@@ -213,6 +224,9 @@ def _array(column: Any) -> Any:
     """Make an array of a column; what NumPy would make one kind of stays as it is."""
     if isinstance(column, np.ma.MaskedArray):
         return column
+    if hasattr(column, "astype") and not isinstance(column.dtype, np.dtype):
+        # NumPy would make floats of the whole numbers of pandas where one is missing.
+        column = column.astype(object)
     return np.asarray(column, dtype=object if isinstance(column, list | tuple) else None)
 
 
@@ -289,6 +303,7 @@ def sampling(table: Table, name: str, unit: str = "s") -> tuple[Floats, float, f
         if cell is None or not math.isfinite(cell):
             text = shown(table.columns[name][row])
             table.refuse(f"{text} is not a time", "Write a number.", row, name)
+    table.refuse_rounded(name, cells)
     times = np.array([convert(cell, UNITS[unit]) for cell in cells if cell is not None])
     steps = np.diff(times)
     for row in np.flatnonzero(~(steps > 0.0))[:1]:
@@ -431,6 +446,7 @@ class TableSignals:
                 odd[0],
                 name,
             )
+        self.table.refuse_rounded(name, numbers)
         return self._numbers(name, numbers)
 
     def _refuse_mixed_truth(self, name: str, texts: Sequence[str]) -> None:
@@ -502,6 +518,12 @@ class TableSignals:
 
 def _text(cell: Any) -> str:
     return "" if cell is None else str(cell).strip()
+
+
+def _is_rounded(cell: Any, number: float) -> bool:
+    if isinstance(cell, int):
+        return number != cell
+    return not isinstance(cell, float) and is_rounded(_text(cell), number)
 
 
 def _number(cell: Any) -> float | None:

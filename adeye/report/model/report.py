@@ -21,7 +21,7 @@ from adeye.report.model import concept as safety
 from adeye.report.model.assessment import Assessment, FaultEvidence
 from adeye.report.model.evidence import Impact, OddCoverage, StepUncertainty
 from adeye.report.model.part import Binding, Command, Count, Id, Label, Margin, Part, Place, agrees
-from adeye.report.page.replay import Replay
+from adeye.report.page.replay import Replay, Undrawn
 from adeye.spec.concept import RequirementAsil
 from adeye.store.read.totals import ChannelFailure
 
@@ -294,6 +294,8 @@ class Report(Part):
     """Which known-bad masters the version of the campaign detects; None if it was not tried."""
     replays: tuple[Replay, ...] = ()
     """The most important first; a page that grows too large leaves out the last."""
+    undrawn: tuple[Undrawn, ...] = ()
+    """Runs that are not drawn because they do not come out as they are stored."""
 
     @agrees
     def _refers_to_what_it_has(self) -> Iterator[str]:

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Final
 from adeye.analysis.dependence import WORDS
 from adeye.analysis.suite.records import Suite
 from adeye.fields import fields_of
-from adeye.judge.verdict import Verdict
+from adeye.judge.verdict import ExitCode, Verdict
 from adeye.outputs import write_atomically
 from adeye.report.comparison.records import Comparison
 from adeye.report.credibility import NOT_RUN
@@ -137,6 +137,9 @@ def arrange(report: Report) -> Page:
     cards = tuple(_card(report, architecture) for architecture in architectures)
     gates = [report.verdict_of(item.id) for item in architectures if item.is_gate]
     gate = min(gates, key=WORST_FIRST.index) if gates else Verdict.NOT_RUN
+    if report.exit_code is ExitCode.INTEGRITY:
+        # What the cells tell may be what somebody wrote there.
+        gate = Verdict.ERROR
     return Page(badge(gate), cards, tuple(architectures), tuple(rows), tuple(details))
 
 

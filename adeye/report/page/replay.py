@@ -31,6 +31,23 @@ Track = tuple[float, float, float, float, float, float]
 Positive = Annotated[float, Field(gt=0.0)]
 
 
+class Undrawn(Part):
+    """A run that was executed again to be drawn, and came out otherwise than it is stored."""
+
+    run: Id
+    why: str
+    """What was to be shown of it."""
+    command: str
+    """Tells where and why it differs."""
+
+    def __str__(self) -> str:
+        """Say it in one sentence without an end."""
+        return (
+            f"run {self.run[:12]}, {self.why}, comes out otherwise than it is stored, and is not "
+            f"drawn: {self.command}"
+        )
+
+
 class Line(Part):
     """A polyline along the road."""
 

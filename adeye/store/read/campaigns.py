@@ -12,7 +12,7 @@ from typing import Any, Final
 
 from sqlalchemy import Connection, Row, RowMapping, func, select, text
 
-from adeye.errors import InputError, UsageError
+from adeye.errors import InputError, IntegrityError, UsageError
 from adeye.judge.verdict import Verdict
 from adeye.notices import notice
 from adeye.store import catalogue as catalog
@@ -304,7 +304,7 @@ def test_case_row(connection: Connection, test_case: str) -> records.StoredCase:
     """Read a test case with the content that it needs.
 
     Raises:
-        InputError: There is no such test case.
+        IntegrityError: It, its scenario or its architecture is gone: who asks has read its digest.
     """
     found = connection.exec_driver_sql(
         "SELECT t.*, s.content AS scenario_content, a.content AS architecture_content "
@@ -313,7 +313,7 @@ def test_case_row(connection: Connection, test_case: str) -> records.StoredCase:
         (test_case,),
     ).first()
     if found is None:
-        raise InputError(f"test case {test_case!r}: there is none", remedy="Plan its ODD first.")
+        raise _gone("test case", test_case)
     return records.of_row(
         records.StoredCase,
         found._mapping,
@@ -331,15 +331,22 @@ def content(connection: Connection, kind: str, digest: str) -> Any:
     """Read the content that a user wrote by its digest.
 
     Raises:
-        InputError: There is none.
+        IntegrityError: It is gone: who asks has read its digest.
     """
     found = connection.exec_driver_sql(
         f"SELECT content FROM {tables.CONTENT[kind].name} WHERE digest = ?",  # noqa: S608 - own names
         (digest,),
     ).scalar()
     if found is None:
-        raise InputError(f"{kind} {digest!r}: there is none", remedy="Plan its ODD first.")
+        raise _gone(kind, digest)
     return json.loads(found)
+
+
+def _gone(kind: str, digest: str) -> IntegrityError:
+    return IntegrityError(
+        f"{kind} {digest[:12]} is gone, to which the database refers. See 'adeye db verify'; "
+        "restore it from a copy."
+    )
 
 
 # --- Summaries of a campaign: FSR status, gate, worst runs, the table of results and its hash -----

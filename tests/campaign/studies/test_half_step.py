@@ -19,6 +19,7 @@ from adeye.campaign.stale import Staleness, find_stale
 from adeye.campaign.studies import half_step as halving
 from adeye.campaign.studies.forks import fork_run
 from adeye.campaign.studies.half_step import twin_of, uncertainty_table
+from adeye.campaign.traces import altered_files
 from adeye.campaign.work import BatchResult, BatchTask, execute
 from adeye.errors import InputError, IntegrityError, SpecError
 from adeye.judge.uncertainty import Difference, differences, sampled_metric
@@ -402,6 +403,39 @@ def staleness(project: Project) -> Staleness:
 
 
 # --- interruption and failure
+
+
+KEPT = one_scenario(ego_speed=SPEEDS, gap=GAPS[:4])
+"""Twelve situations, of which ten are sampled where the uncertainty is asked for."""
+
+
+@pytest.mark.parametrize("wanted", ["all", "failures"])
+def test_traces_of_sampled_runs_are_kept_as_those_of_others(tmp_path: Path, wanted: Any) -> None:
+    kept: list[list[tuple[Any, ...]]] = []
+    for name, odd in (("plain", KEPT), ("asked", {**KEPT, "uncertainty": {"situations": 10}})):
+        project = Project(tmp_path / name, {**odd, "architectures": CANDIDATE_ONLY})
+        with project.edited(CONCEPT) as concept:
+            concept["requirements"] = [
+                {**item, "formula": "always(any_actor.distance >= 10 m or ego.speed <= 12 m/s)"}
+                for item in concept["requirements"]
+                if item["id"] == "FSR-01"
+            ]
+        runner.run_campaign(project.plan(), db=project.db, traces=wanted)
+        sql = "FROM run JOIN kept_trace ON run_number = number ORDER BY result_digest"
+        kept.append(rows(project.db, f"SELECT result_digest {sql}"))
+        with Repository.open(project.db, create=False) as repository:
+            assert (repository.verify(), [*altered_files(repository)]) == ((), [])
+    assert kept[0]
+    assert kept[0] == kept[1], "those of twins are not among them"
+    assert wanted != "all" or len(kept[0]) == 12
+    with project.edited(CONCEPT) as concept:
+        (item,) = concept["requirements"]
+        concept["requirements"] = [{**item, "formula": item["formula"].replace("10 m", "9 m")}]
+    told = runner.judge_campaign(project.plan(), db=project.db)
+    assert "nothing is judged without the twins" in told.message
+    told = runner.run_campaign(project.plan(), db=project.db)
+    assert (told.executed, told.twins) == (0, 10)
+    assert told.replayed == 0 or wanted != "all"
 
 
 @pytest.mark.slow

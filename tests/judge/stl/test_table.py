@@ -1,6 +1,7 @@
 """Tables as sources of signals and formulas on them: what is read, judged and refused."""
 
 import importlib.util
+from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
@@ -81,6 +82,92 @@ def test_a_data_frame_is_a_table() -> None:
     assert signals.series("mode").labels == ("bad", "ok")
     assert signals.series("on").values.tolist() == [[1.0] * 4]
     refused(InputError, table_of, {"t": [1, 2], "gap": [1]}, says="unequal lengths")
+
+
+ODD = 2**53 + 1
+"""A whole number that no float is."""
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        [1, ODD],
+        [1, -ODD],
+        np.array([1, ODD]),
+        np.array([1, ODD], dtype=np.uint64),
+        np.array([1, 2**64 - 1], dtype=np.uint64),
+        np.array([1, ODD], dtype=np.longdouble),
+        np.ma.array([1, ODD], mask=[True, False]),
+        np.array([np.int64(1), np.int64(ODD)], dtype=object),
+        pd.Series([1, ODD]),
+        pd.Series([None, ODD], dtype="Int64"),
+        pd.Series([None, ODD], dtype="Int64").astype("category"),
+        pd.Series([1, ODD], dtype=pd.SparseDtype("int64")),
+        [Decimal(1), Decimal(ODD)],
+        ["1", str(ODD)],
+        ["1", f"{ODD}.0"],
+        ["1", f"+{ODD // 10}.{ODD % 10}e1"],
+        ["1", "123456789012345680000"],
+    ],
+    ids=str,
+)
+@pytest.mark.parametrize("formula", ["always(n > 0)", "eventually(n == 9007199254740992)"])
+def test_whole_numbers_that_no_float_holds_are_refused_at_their_row(
+    values: Any, formula: str
+) -> None:
+    table = table_of({"time": [0, 1], "n": values})
+    caught = refused(InputError, judge_table, formula, table, Reading(), says="would be rounded")
+    assert "the table, row 2: " in str(caught)
+    assert "in column 'n'" in str(caught)
+    assert judge_table("always(time >= 0)", table, Reading()), "who reads it not may have it"
+
+
+def test_whole_numbers_of_files_are_refused_at_their_row(write: Any, tmp_path: Path) -> None:
+    text = f"time,limit,n\n0,1,1\n1,2,{ODD}\n"
+    table = read_table(write(text))
+    caught = refused(InputError, judge_table, "always(n > limit)", table, Reading())
+    assert "drive.csv:3:3: " in str(caught)
+    if importlib.util.find_spec("pyarrow"):
+        path = tmp_path / "drive.parquet"
+        frame = pd.DataFrame({"time": [0, 1], "n": pd.array([None, ODD], dtype="Int64")})
+        frame.to_parquet(path)
+        table = read_table(path)
+        refused(InputError, judge_table, "always(n > 1)", table, Reading(), says="row 2: ")
+
+
+def test_times_that_no_float_holds_are_refused() -> None:
+    table = table_of({"time": [ODD - 1, ODD, ODD + 1], "gap": [1, 2, 3]})
+    refused(InputError, judge_table, "always(gap > 0)", table, Reading(), says="row 2: ")
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        [2**53, -(2**53)],
+        [2**60, 2.0**70],
+        [1e23, 0.1],
+        ["1e23", "1.2345678901234567e+17"],
+        np.array([2.0**53 + 2, 1e300]),
+        [*map(repr, np.random.default_rng(3).uniform(1e15, 1e18, 400).tolist())],
+    ],
+    ids=str,
+)
+def test_what_a_float_holds_or_is_no_more_than_a_float_is_read(values: Any) -> None:
+    table = table_of({"time": list(range(len(values))), "n": values})
+    assert judge_table("always(n > -1e16)", table, Reading()).verdict is not Verdict.ERROR
+
+
+@pytest.mark.parametrize("number", [f"{ODD}", f"-{ODD}", f"{ODD}.0", f"{ODD} m", f"{ODD}/3"])
+def test_formulas_and_parameters_have_no_number_that_no_float_holds(number: str) -> None:
+    table = table_of({"time": [0, 1], "n": [1, 2]})
+    units = {"n": "m"} if number.endswith("m") else {}
+    said = {"says": "would be rounded"}
+    refused(InputError, judge_table, f"always(n < {number})", table, Reading(units=units), **said)
+    if "/" not in number:
+        given = Reading(units=units, parameters={"most": number})
+        refused(InputError, judge_table, "always(n < most)", table, given, **said)
+    given = Reading(parameters={"most": ODD})
+    refused(InputError, judge_table, "always(n < most)", table, given, **said)
 
 
 # --- times

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from adeye.errors import InputError
+from adeye.errors import InputError, IntegrityError
 from adeye.judge.verdict import Verdict
 from adeye.spec.concept import Waiver
 from adeye.store.repository import Repository
@@ -54,7 +54,7 @@ def test_names_of_nothing_are_input_errors(repository: Repository, campaign: str
     for name in ("", "ab", "5", "ABCD", "%%%%", "____", "' OR 1=1", "٣٣٣٣"):
         refused(InputError, repository.find_run, name, says="not the beginning of a digest")
     refused(InputError, repository.find_run, "99999", campaign=campaign, says="run '99999'")
-    refused(InputError, repository.test_case_row, "0" * 64, says="there is none")
+    refused(IntegrityError, repository.test_case_row, "0" * 64, says="is gone")
 
 
 def test_run_is_found_by_ordinal_and_by_prefix(store: Store, campaign: str) -> None:

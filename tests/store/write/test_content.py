@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from adeye.errors import InputError
+from adeye.errors import IntegrityError
 from adeye.identity import digest
 from adeye.store.records import ContentRecord
 from adeye.store.repository import Repository
@@ -35,7 +35,7 @@ def test_content_reads_back_and_is_saved_once(repository: Repository) -> None:
 
 
 def test_unknown_content_is_an_input_error(repository: Repository) -> None:
-    with pytest.raises(InputError, match="there is none"):
+    with pytest.raises(IntegrityError, match="concept 000000000000 is gone"):
         repository.content("concept", "0" * 64)
 
 
