@@ -59,9 +59,9 @@ def replay(  # noqa: PLR0917 - options of the command line
     dump: Annotated[Path | None, option("FILE", callback=named)] = None,
     grid: Annotated[str | None, option("TIME")] = None,
     cells: Annotated[str | None, option("FILE|adeye")] = None,
-    mcap: Annotated[Path | None, option("FILE", callback=named)] = None,
-    osi: Annotated[Path | None, option("DIR", callback=named_place)] = None,
-    table: Annotated[Path | None, option("FILE", callback=named)] = None,
+    mcap: Annotated[Path | None, option("FILE", env="REPLAY_MCAP", callback=named)] = None,
+    osi: Annotated[Path | None, option("DIR", env="REPLAY_OSI", callback=named_place)] = None,
+    table: Annotated[Path | None, option("FILE", env="REPLAY_TABLE", callback=named)] = None,
     json: Json = False,
 ) -> None:
     """Execute a stored run again and compare the digest of its trace.
