@@ -5,13 +5,13 @@ import sys
 from pathlib import Path
 
 import pytest
-from osi3trace.osi_trace import OSITrace
 
 from adeye.campaign.replay import Execution, rerun
 from adeye.errors import InputError, UsageError
 from adeye.judge.verdict import Verdict
 from adeye.reporting import export_osi, handing_out, verdicts_of
 from tests.exchange.test_mcap import read
+from tests.exchange.test_osi import read as read_osi
 from tests.project import Executed
 
 
@@ -47,8 +47,7 @@ def test_run_is_written_in_every_form(done: Execution, tmp_path: Path) -> None:
     assert told == {name: item.value for name, item in metrics.items() if item.value is not None}
     assert len(places["table"].read_text("utf-8").splitlines()) == 1 + int(done.trace.length[0])
     assert sorted(path.name for path in tmp_path.iterdir()) == ["osi", "r.csv", "r.mcap"]
-    (truth,) = (path for path in places["osi"].iterdir() if "_gt_" in path.name)
-    assert len(list(OSITrace(str(truth), "GroundTruth"))) == int(done.trace.length[0])
+    assert len(read_osi(places["osi"], "GroundTruth")) == int(done.trace.length[0])
     first = contents(places["osi"])
     handing_out(osi=places["osi"])(done)
     assert contents(places["osi"]) == first

@@ -12,6 +12,7 @@ from mcap_protobuf.decoder import DecoderFactory
 
 from adeye.exchange.mcap import write_mcap
 from adeye.exchange.view import Account, Remark, RunView
+from adeye.spec.sensors import Camera
 from adeye.trace import Trace
 from tests.exchange.handed import in_left_hand_traffic, with_camera, with_kinds
 from tests.judge.conftest import HandMade
@@ -102,7 +103,9 @@ def test_frames_lead_from_the_sensor_to_the_map(made: HandMade, tmp_path: Path) 
     found = written(trace, tmp_path)
     ((_, still),) = found["/tf_static"]
     frames = {item.child_frame_id: item for item in still.transforms}
-    mount = trace.layout.architecture.sensors["camera"].mount
+    camera_spec = trace.layout.architecture.sensors["camera"]
+    assert isinstance(camera_spec, Camera)
+    mount = camera_spec.mount
     camera = frames["sensor/camera"]
     assert camera.parent_frame_id == "base_link"
     assert len(found["/tf"]) == len(made.time)
@@ -170,10 +173,11 @@ def test_returns_of_a_lidar_are_a_cloud(made: HandMade, tmp_path: Path) -> None:
     trace = with_camera(made.trace(), **lidar)
     points = np.full((1, made.rows, 1, 4, 2), np.nan, dtype=np.float32)
     points[0, 5:, 0, :2] = [[1.5, 2.5], [3.25, -1.0]]
-    columns = {**trace.columns, "points": points}
+    columns: dict[str, Any] = {**trace.columns, "points": points}
     clouds = written(replace(trace, columns=columns), tmp_path)
     (_, none), (time, cloud) = clouds["/sensor/camera/points"]
-    assert (len(none.data), time) == (0, pytest.approx(0.5))
+    assert time == pytest.approx(0.5)
+    assert len(none.data) == 0
     read_back = np.frombuffer(cloud.data).reshape(-1, 3)
     assert read_back.tolist() == [[1.5, 2.5, 0.0], [3.25, -1.0, 0.0]]
 
@@ -182,7 +186,8 @@ def test_road_and_what_stands_are_told_once(made: HandMade, tmp_path: Path) -> N
     found = written(with_kinds(made.trace(), 0, 9, actors=1), tmp_path)
     ((time, update),) = found["/road"]
     entities = {entity.id: entity for entity in update.entities}
-    assert (time, entities.keys()) == (0.0, {"road", "other"})
+    assert time == 0.0
+    assert entities.keys() == {"road", "other"}
     lines = entities["road"].lines
     assert [line.points[0].y for line in lines] == pytest.approx([0.0, 3.5, 7.0, 10.5, -2.0])
     assert lines[1].thickness < lines[0].thickness
