@@ -12,7 +12,7 @@ from adeye.campaign.replay import Execution, rerun
 from adeye.campaign.run import Progress
 from adeye.campaign.stale import find_stale
 from adeye.errors import InputError
-from adeye.exchange import needing
+from adeye.exchange import needing, require_place
 from adeye.exchange.view import Account, Remark, RunView
 from adeye.judge.verdict import Verdict
 from adeye.outputs import replacing, replacing_folder, write_atomically
@@ -39,6 +39,7 @@ from adeye.sweep.axes import named_values
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
+    from contextlib import AbstractContextManager
 
     from adeye.exchange.view import Level
     from adeye.report.claims import ClaimOptions, Claims
@@ -46,6 +47,11 @@ if TYPE_CHECKING:
     from adeye.report.model.report import Report
     from adeye.report.page.replay import Replay
     from adeye.store.records import CampaignInfo, VerdictRecord
+
+    Write = Callable[[Execution, Path], object]
+    """Writes an executed run to a file, or into a folder."""
+    Opening = Callable[[Path], AbstractContextManager[Path]]
+    """Gives the place beside a file or a folder that takes its place at the end."""
 
 # --- What changed since a baseline: the gate's comparison, and the evidence that became stale -----
 
@@ -431,38 +437,41 @@ _LEVELS: Final[Mapping[Verdict, Level]] = {
 
 
 def handing_out(
-    *, mcap: Path | None = None, osi: Path | None = None, table: Path | None = None
+    *,
+    mcap: Path | None = None,
+    osi: Path | None = None,
+    commonroad: Path | None = None,
+    table: Path | None = None,
 ) -> Callable[[Execution], None]:
     """Give what writes an executed run for others; what is missing for it is told before.
 
     Args:
         mcap: File for Foxglove and Lichtblick.
         osi: Folder for traces of ASAM OSI.
+        commonroad: Folder for a scenario of CommonRoad and its solution.
         table: File for its signals: Parquet, CSV or lines of JSON, as its name ends.
 
     Raises:
         InputError: An extra is not installed that one of them needs.
-        UsageError: The folder holds something else, or the name of the table tells no form.
+        UsageError: A folder holds something else, or the name of the table tells no form.
     """
     writers: list[Callable[[Execution], None]] = []
+
+    def add(write: Write, path: Path, open_place: Opening) -> None:
+        def act(done: Execution) -> None:
+            with open_place(path) as place:
+                write(done, place)
+
+        writers.append(act)
+
     if mcap is not None:
-        writers.append(_mcap_writer(mcap))
+        add(_mcap_writer(), mcap, replacing)
     if osi is not None:
-        write = _osi_writer(osi)
-
-        def into_folder(done: Execution) -> None:
-            with replacing_folder(osi) as folder:
-                write(done, folder)
-
-        writers.append(into_folder)
+        add(_osi_writer(osi), osi, replacing_folder)
+    if commonroad is not None:
+        add(_commonroad_writer(commonroad), commonroad, replacing_folder)
     if table is not None:
-        form = form_of(table)
-
-        def as_table(done: Execution) -> None:
-            with replacing(table) as file:
-                write_trace_table(done.signals, 0, _about(done), file, form)
-
-        writers.append(as_table)
+        add(_table_writer(table), table, replacing)
 
     def hand_out(done: Execution) -> None:
         for item in writers:
@@ -503,26 +512,30 @@ def export_osi(
     return len(refs)
 
 
-def _mcap_writer(path: Path) -> Callable[[Execution], None]:
+def _mcap_writer() -> Write:
     with needing("MCAP", "viz"):
         from adeye.exchange.mcap import write_mcap
 
-    def write(done: Execution) -> None:
-        with replacing(path) as file:
-            write_mcap(RunView(done.trace), _account(done), file)
-
-    return write
+    return lambda done, file: write_mcap(RunView(done.trace), _account(done), file)
 
 
-def _osi_writer(folder: Path) -> Callable[[Execution, Path], None]:
+def _osi_writer(folder: Path) -> Write:
     with needing("OSI", "osi"):
-        from adeye.exchange.osi import require_place, write_osi
-    require_place(folder)
+        from adeye.exchange.osi import NAMES, write_osi
+    require_place(folder, NAMES, "traces of OSI")
+    return lambda done, place: write_osi(RunView(done.trace), _account(done), place)
 
-    def write(done: Execution, place: Path) -> None:
-        write_osi(RunView(done.trace), _account(done), place)
 
-    return write
+def _commonroad_writer(folder: Path) -> Write:
+    from adeye.exchange.commonroad import NAMES, write_commonroad
+
+    require_place(folder, NAMES, "a scenario of CommonRoad")
+    return lambda done, place: write_commonroad(RunView(done.trace), _account(done), place)
+
+
+def _table_writer(path: Path) -> Write:
+    form = form_of(path)
+    return lambda done, file: write_trace_table(done.signals, 0, _about(done), file, form)
 
 
 def _about(done: Execution) -> dict[str, str]:

@@ -61,6 +61,7 @@ def replay(  # noqa: PLR0917 - options of the command line
     cells: Annotated[str | None, option("FILE|adeye")] = None,
     mcap: Annotated[Path | None, option("FILE", env="REPLAY_MCAP", callback=named)] = None,
     osi: Annotated[Path | None, option("DIR", env="REPLAY_OSI", callback=named_place)] = None,
+    commonroad: Annotated[Path | None, option("DIR", callback=named_place)] = None,
     table: Annotated[Path | None, option("FILE", env="REPLAY_TABLE", callback=named)] = None,
     json: Json = False,
 ) -> None:
@@ -72,7 +73,7 @@ def replay(  # noqa: PLR0917 - options of the command line
     With --grid and --dump it saves the grid map around the ego at a time, layer by layer, as a
     NumPy archive: with what is true, or with --channel what that channel believes.
 
-    With --mcap, --osi and --table it writes the run for the viewers and tools of others.
+    With --mcap, --osi, --commonroad and --table it writes the run for viewers and tools of others.
 
     Exit codes: 0 identical, 4 the trace differs.
 
@@ -85,6 +86,8 @@ def replay(  # noqa: PLR0917 - options of the command line
             default the ratings of the safety channel.
         mcap: Write the run for Foxglove and Lichtblick; needs adeye[viz].
         osi: Folder for traces of ASAM OSI, in single files and in MCAP; needs adeye[osi].
+        commonroad: Folder for the run as a scenario of CommonRoad, and what the ego drove as its
+            solution.
         table: Write its signals, a row a tick: a file in .parquet, .csv or .jsonl.
 
     Examples:
@@ -99,10 +102,11 @@ def replay(  # noqa: PLR0917 - options of the command line
     if grid is not None:
         looks.append(_grid_saver(grid, cells, channel, dump))
     shown = None if grid is not None else _saved(channel, dump, cells)
-    if any(path is not None for path in (mcap, osi, table)):
+    handed = {"mcap": mcap, "osi": osi, "commonroad": commonroad, "table": table}
+    if any(path is not None for path in handed.values()):
         from adeye.reporting import handing_out
 
-        looks.append(handing_out(mcap=mcap, osi=osi, table=table))
+        looks.append(handing_out(**handed))
 
     def look(done: Execution) -> None:
         for item in looks:
@@ -115,7 +119,7 @@ def replay(  # noqa: PLR0917 - options of the command line
 
         write_replay(db, run, html)
         wrote(html)
-    for path in (dump, mcap, osi, table):
+    for path in (dump, *handed.values()):
         if path is not None:
             wrote(path)
     if not again.identical:

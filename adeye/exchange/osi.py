@@ -26,7 +26,6 @@ from osi3.osi_object_pb2 import MovingObject, StationaryObject
 from osi3.osi_sensordata_pb2 import SensorData
 
 from adeye import signals as columns
-from adeye.errors import UsageError
 from adeye.exchange.container import mcap_file
 from adeye.exchange.view import nanoseconds
 from adeye.kernel.motion import point_velocity
@@ -43,7 +42,8 @@ START: Final = "19700101T000000Z"
 """Where simulated time begins, which is what the names of the files tell: no clock is read."""
 _ZERO: Final = "1970-01-01T00:00:00Z"
 
-_NAME: Final = re.compile(rf"{START}_(gt|sd|multi)_\d+_\d+_\d+_[\w-]+\.(osi|mcap)")
+NAMES: Final = re.compile(rf"{START}_(gt|sd|multi)_\d+_\d+_\d+_[\w-]+\.(osi|mcap)")
+"""What the files are called that are written."""
 
 HOST: Final = 1
 """Identifier of the ego; objects, sensors, lines and lanes follow."""
@@ -123,20 +123,6 @@ def write_osi(view: RunView, account: Account, folder: Path) -> list[str]:
     names.append(_name("multi", most, short, "mcap"))
     _write_multi(channels, account, folder / names[-1])
     return names
-
-
-def require_place(folder: Path) -> None:
-    """Refuse a folder that holds something else than what is written there.
-
-    Raises:
-        UsageError: It does.
-    """
-    others = [item.name for item in folder.iterdir()] if folder.is_dir() else []
-    if any(_NAME.fullmatch(name) is None for name in others):
-        raise UsageError(
-            f"folder {str(folder)!r} holds something else than traces of OSI",
-            remedy="Name another folder; an export takes the place of the former one only.",
-        )
 
 
 def _name(kind: str, frames: int, trace: str, ending: str) -> str:

@@ -17,7 +17,9 @@ from adeye.kernel.strips import (
     SLAB_STRIPS,
     STRIP_KIND,
     STRIP_LEFT,
+    STRIP_LEFT_SLOPE,
     STRIP_RIGHT,
+    STRIP_RIGHT_SLOPE,
     STRIP_WAY,
 )
 from adeye.signals import REFUGE_LENGTH, REFUGE_S, REFUGE_TAPER
@@ -123,7 +125,7 @@ def _line(ground: Ground, marking: Marking, stations: Floats, beside: Any) -> Ro
 
 
 def _strips(ground: Ground, start: float, end: float) -> tuple[list[RoadLine], list[RoadLane]]:
-    """Draw the edges of the strips of an imported road slab by slab; a right edge goes before."""
+    """Draw the edges of the strips of an imported road slab by slab, each edge once."""
     lines: list[RoadLine] = []
     lanes: list[RoadLane] = []
     begins = [*ground.slabs[:, SLAB_BEGIN], math.inf]
@@ -139,10 +141,16 @@ def _strips(ground: Ground, start: float, end: float) -> tuple[list[RoadLine], l
             ]
             ways = {float(row[STRIP_WAY]) for row in found[number : number + 2]}
             inner = len(is_lane) == 2 and all(is_lane) and len(ways) == 1
-            sides = [STRIP_LEFT] if number else [STRIP_RIGHT, STRIP_LEFT]
+            touches = number and np.array_equal(
+                strip[[STRIP_RIGHT, STRIP_RIGHT_SLOPE]],
+                found[number - 1][[STRIP_LEFT, STRIP_LEFT_SLOPE]],
+            )
+            sides = [STRIP_LEFT] if touches else [STRIP_RIGHT, STRIP_LEFT]
             for side in sides:
                 d = strip[side] + strip[side + 1] * (at - begins[slab])
-                marking: Marking = "solid" if any(is_lane) else "none"
+                # The right edge of the outermost strip is drawn as its left one.
+                painted = is_lane if side == STRIP_LEFT or not number else is_lane[:1]
+                marking: Marking = "solid" if any(painted) else "none"
                 marking = "dashed" if inner and side == STRIP_LEFT else marking
                 lines.append(_line(ground, marking, at, d))
             if is_lane[0]:

@@ -154,11 +154,13 @@ def test_run_is_handed_to_the_viewers_that_are_asked_for(
     hand_out = Mock()
     handing_out = Mock(return_value=hand_out)
     monkeypatch.setattr(reporting, "handing_out", handing_out)
-    ended = adeye("replay", "abab", "--mcap", "r.mcap", "--osi", "o", "--table", "t.csv").ok
-    handing_out.assert_called_once_with(mcap=Path("r.mcap"), osi=Path("o"), table=Path("t.csv"))
+    asked = {"mcap": "r.mcap", "osi": "o", "commonroad": "c", "table": "t.csv"}
+    options = [word for name, path in asked.items() for word in (f"--{name}", path)]
+    ended = adeye("replay", "abab", *options).ok
+    handing_out.assert_called_once_with(**{name: Path(path) for name, path in asked.items()})
     ((done,), _) = hand_out.call_args
     assert done.trace.runs == 1
-    for name in ("r.mcap", "o", "t.csv"):
+    for name in asked.values():
         assert f"wrote {name}" in ended.err
 
 

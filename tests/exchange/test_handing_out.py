@@ -30,7 +30,8 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 
 def test_run_is_written_in_every_form(done: Execution, tmp_path: Path) -> None:
-    places = {"mcap": tmp_path / "r.mcap", "osi": tmp_path / "osi", "table": tmp_path / "r.csv"}
+    names = {"mcap": "r.mcap", "osi": "osi", "commonroad": "cr", "table": "r.csv"}
+    places = {form: tmp_path / name for form, name in names.items()}
     handing_out(**places)(done)
     found = read(places["mcap"])
     assert len(found["/scene"]) == int(done.trace.length[0])
@@ -46,7 +47,8 @@ def test_run_is_written_in_every_form(done: Execution, tmp_path: Path) -> None:
     ((_, told),) = found["/metrics"]
     assert told == {name: item.value for name, item in metrics.items() if item.value is not None}
     assert len(places["table"].read_text("utf-8").splitlines()) == 1 + int(done.trace.length[0])
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["osi", "r.csv", "r.mcap"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["cr", "osi", "r.csv", "r.mcap"]
+    assert len(contents(places["cr"])) == 2
     assert len(read_osi(places["osi"], "GroundTruth")) == int(done.trace.length[0])
     first = contents(places["osi"])
     handing_out(osi=places["osi"])(done)
@@ -73,6 +75,7 @@ def test_folder_of_something_else_is_refused_before_anything_is_done(
     (tmp_path / "thesis.tex").write_text("mine")
     for act in (
         lambda: handing_out(osi=tmp_path),
+        lambda: handing_out(commonroad=tmp_path),
         lambda: export_osi(mini.db, None, tmp_path),
         lambda: export_osi(mini.db, None, mini.db.parent),
     ):

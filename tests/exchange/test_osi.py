@@ -10,7 +10,7 @@ from osi3.osi_object_pb2 import MovingObject
 from osi3trace.osi_trace import OSITrace
 
 from adeye.errors import UsageError
-from adeye.exchange import osi
+from adeye.exchange import osi, require_place
 from adeye.exchange.view import Account, RunView
 from adeye.signals import OBJECT_CLASSES
 from adeye.trace import Trace
@@ -207,9 +207,9 @@ def test_same_run_gives_the_same_bytes(made: HandMade, tmp_path: Path) -> None:
 
 
 def test_folder_of_something_else_is_left_alone(made: HandMade, tmp_path: Path) -> None:
-    osi.require_place(tmp_path / "new")
+    require_place(tmp_path / "new", osi.NAMES, "traces")
     written(made.trace(), tmp_path)
-    osi.require_place(tmp_path)
+    require_place(tmp_path, osi.NAMES, "traces")
     (tmp_path / "notes.txt").write_text("mine")
     with pytest.raises(UsageError, match="holds something else"):
-        osi.require_place(tmp_path)
+        require_place(tmp_path, osi.NAMES, "traces")
