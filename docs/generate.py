@@ -330,7 +330,7 @@ NOTES: Final = {
     "R19": "the `links` of a channel; whole lists of them are an axis of a sweep",
     "R20": "of sensors, channels and their insides, links, actuators, tyres and the switch",
     "R21": "the `faults` of an ODD, with their axes",
-    "R22": "nothing yet",
+    "R22": "FMUs of FMI 2 and 3 as channels and as the vehicle; no sensor, no export",
     "R23": "pure Python, no GPU; equal bits across processors are intended, and not shown",
 }
 """What is there of each capability and what is missing, beside its proof."""

@@ -148,7 +148,7 @@ def visible_share(trace: Trace, row: int, target: int) -> float:
     hits = seen = 0
     for bearing in middle + np.linspace(-0.1, 0.1, RAYS):
         direction = (float(np.cos(bearing)), float(np.sin(bearing)))
-        distances = [ray_box_distance(x, y, *direction, *box) for box in boxes]
+        distances = [ray_box_distance((x, y), direction, box) for box in boxes]
         if np.isfinite(distances[target]):
             hits += 1
             seen += distances[target] == min(distances)

@@ -28,6 +28,7 @@ from adeye.simulate.channels.factory import make_channel, plugin_channel
 from adeye.simulate.channels.fmu import wire_channel
 from adeye.simulate.channels.policy import load_policy
 from adeye.simulate.channels.process.channel import HERE, command_files, find_program
+from adeye.simulate.traffic.plant import wire_plant
 from adeye.spec.channels import (
     FmuChannel,
     HostedChannel,
@@ -94,6 +95,7 @@ def load_code(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> P
     folder = loaded.path.parent
     named: list[Part] = []
     monitors: list[str] = []
+    _check_plant(loaded)
     for name, sensor in loaded.spec.sensors.items():
         if isinstance(sensor, PluginSensor):
             named.append(_plugin(loaded, ("sensors", name), sensor, "sensor", ("sense",)))
@@ -103,14 +105,8 @@ def load_code(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> P
             with placed(where, keeps_place=True):
                 named.append(load_policy(channel.parameters.policy, folder))
             continue
-        if isinstance(channel, ProcessChannel):
-            where = loaded.locate(("channels", name, "parameters", "command"))
-            with placed(where, f"channel {name}: "):
-                find_program(channel.parameters.command, folder)
-            continue
-        if isinstance(channel, FmuChannel):
-            with placed(loaded.locate(("channels", name, "parameters")), f"channel {name}: "):
-                wire_channel(channel.parameters, folder)
+        if isinstance(channel, HostedChannel):
+            _check_program(loaded, name, channel)
             continue
         if channel.kind in BUILT_IN_CHANNELS:
             made = make_channel(channel.kind, folder, channel.parameters)
@@ -137,6 +133,24 @@ def load_code(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> P
     return Parts(tuple(named), tuple(monitors), metrics)
 
 
+def _check_plant(loaded: Loaded[Architecture]) -> None:
+    """Look whether the FMU that moves the vehicle is there, and wired to what it has."""
+    plant = loaded.spec.vehicle.plant
+    if plant is not None:
+        with placed(loaded.locate(("vehicle", "plant")), "vehicle.plant: "):
+            wire_plant(plant, loaded.path.parent)
+
+
+def _check_program(loaded: Loaded[Architecture], name: str, channel: HostedChannel) -> None:
+    """Look whether the program of a channel is there, and an FMU is wired to what it has."""
+    of = "command" if isinstance(channel, ProcessChannel) else "file"
+    with placed(loaded.locate(("channels", name, "parameters", of)), f"channel {name}: "):
+        if isinstance(channel, ProcessChannel):
+            find_program(channel.parameters.command, loaded.path.parent)
+        else:
+            wire_channel(channel.parameters, loaded.path.parent)
+
+
 def named_files(architecture: Architecture) -> dict[str, tuple[str, ...]]:
     """List the files that each channel names, as written: those that it reads, its program."""
     return {
@@ -161,6 +175,10 @@ def _named(architecture: Architecture, name: str) -> list[tuple[plugins.Loc, str
 
 
 def _files(loaded: Loaded[Architecture]) -> Iterator[ReadFile]:
+    plant = loaded.spec.vehicle.plant
+    if plant is not None:
+        with placed(loaded.locate(("vehicle", "plant", "file")), "vehicle.plant: "):
+            yield plugins.read_file("vehicle.plant", plant.file, loaded.path.parent)
     for channel, spec in loaded.spec.channels.items():
         found: dict[Path, str] = {}
         for loc, name in _named(loaded.spec, channel):

@@ -500,8 +500,9 @@ def fitting(examples: Sequence[TestCase]) -> int:
 
 
 def _programs(architecture: Architecture) -> int:
-    """Count the channels that have a program of their own in each run."""
-    return sum(channel.kind in HOSTED for channel in architecture.channels.values())
+    """Count the parts that have a program of their own in each run."""
+    has_plant = architecture.vehicle.plant is not None
+    return has_plant + sum(channel.kind in HOSTED for channel in architecture.channels.values())
 
 
 def _block_size(planned: int, most: int) -> int:

@@ -26,7 +26,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from adeye.kernel import criticality
-from adeye.kernel.boxes import box_distance, placed_box_distance
+from adeye.kernel.boxes import Extent, Vector, box_distance, box_of, placed_box_distance
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import allocating, compiled, inlined
 from adeye.kernel.road import lane_way
@@ -159,6 +159,9 @@ def is_in_path(own: Body, corridor: float, other: Body, gap: float) -> bool:
 
 # --- Compiled: leave out what cannot be a worst case, by bounds that cost less than the measure ---
 
+Turned = tuple[float, float, float, float]
+"""Speed [m/s], angle to the road [rad], length and width [m] of a body."""
+
 _SMALL_ANGLE = 0.5
 """Below it a body moves more along the road than across [rad]."""
 
@@ -184,50 +187,31 @@ def least_so_far(run: int, scene: Scene) -> float:
                 at, who = row, thing
     if at < 0:
         return math.inf
-    distance = box_distance(
-        ego[run, at, EGO_X], ego[run, at, EGO_Y], ego[run, at, EGO_HEADING],
-        ego_size[run, 0], ego_size[run, 1],
-        objects[run, at, who, OBJECT_X], objects[run, at, who, OBJECT_Y],
-        objects[run, at, who, OBJECT_HEADING], sizes[run, who, 0], sizes[run, who, 1],
-    )  # fmt: skip
+    own = box_of(ego[run, at], ego_size[run])
+    distance = box_distance(own, box_of(objects[run, at, who], sizes[run, who]))
     return distance if math.isfinite(distance) else math.inf
 
 
 @inlined
-def distance_below(  # noqa: PLR0913, PLR0917 - two boxes
-    dx: float,
-    dy: float,
-    heading: float,
-    length: float,
-    width: float,
-    o_heading: float,
-    o_length: float,
-    o_width: float,
-    turns: Floats,
-    thing: int,
-    enough: float,
+def distance_below(
+    away: Vector, body: Extent, other: Extent, turns: Floats, thing: int, enough: float
 ) -> float:
     """Give the distance of two bodies [m]; from ``enough`` on it may be a bound above that.
 
     Args:
-        dx: From the first to the second [m].
-        dy: [m].
-        heading: Of the first [rad].
-        length: [m].
-        width: [m].
-        o_heading: Of the second [rad].
-        o_length: [m].
-        o_width: [m].
+        away: From the first to the second [m].
+        body: The first.
+        other: The second.
         turns: (M + 1, 3) angles with sine and cosine: the first's heading, and by object that of
             the second in the frame of the first.
         thing: Object.
         enough: [m].
     """
-    turn(turns, 0, heading)
-    turn(turns, thing + 1, o_heading - heading)
-    s, c = turns[0, 1], turns[0, 2]
+    turn(turns, 0, body[0])
+    turn(turns, thing + 1, other[0] - body[0])
+    (dx, dy), s, c = away, turns[0, 1], turns[0, 2]
     placed = (dx * c + dy * s, dy * c - dx * s, turns[thing + 1, 1], turns[thing + 1, 2])
-    distance = placed_box_distance(placed, (length, width), (o_length, o_width), enough)
+    distance = placed_box_distance(placed, body[1:], other[1:], enough)
     return 0.0 if distance <= 0.0 else distance
 
 
@@ -247,16 +231,8 @@ def lateral_reach(speed: float, response_time: float, acceleration: float, braki
 
 
 @inlined
-def is_far_beside(  # noqa: PLR0913, PLR0917 - a kernel
-    beside: float,
-    half_width: float,
-    own_reach: float,
-    speed: float,
-    angle: float,
-    length: float,
-    width: float,
-    rss: Floats,
-    braking: float,
+def is_far_beside(
+    beside: float, half_width: float, own_reach: float, other: Turned, rss: Floats, braking: float
 ) -> bool:
     """Tell whether an object is too far beside to be in the path or laterally unsafe; else maybe.
 
@@ -264,13 +240,11 @@ def is_far_beside(  # noqa: PLR0913, PLR0917 - a kernel
         beside: From the ego's centre to its centre across the road [m].
         half_width: Of the ego across the road [m].
         own_reach: ``lateral_reach`` of the ego and how much both sway [m].
-        speed: Of the object [m/s].
-        angle: Of the object to the road [rad].
-        length: Of the object [m].
-        width: Of the object [m].
+        other: The object.
         rss: (12,) parameters, in the order of ``series.RssParameters``.
         braking: One over twice the lateral braking [s²/m].
     """
+    speed, angle, length, width = other
     size = abs(angle)
     # A sine is less than its angle.
     across = abs(speed) * size
@@ -397,19 +371,17 @@ def _measure_row(  # noqa: PLR0913, PLR0917 - a part of the kernel
         if not is_finite:
             break
         dx, dy = ox - x, oy - y
+        own, o_box = (heading, length, width), (o_heading, o_length, o_width)
         within = nearest + reach[thing]
         if not (dx * dx + dy * dy) * 0.9999998 > within * within:
-            apart = distance_below(
-                dx, dy, heading, length, width, o_heading, o_length, o_width, turns[1], thing,
-                nearest,
-            )  # fmt: skip
+            apart = distance_below((dx, dy), own, o_box, turns[1], thing, nearest)
             if apart < nearest or (is_open and apart == nearest):
                 nearest, is_open = apart, False
                 here[DISTANCE], who[DISTANCE] = apart, thing
         if os > s and not (
             can_cull
             and is_far_beside(
-                od - d, half_width, own_reach, o_speed, o_turn, o_length, o_width, rss, braking
+                od - d, half_width, own_reach, (o_speed, o_turn, o_length, o_width), rss, braking
             )
         ):
             turn(turns[0], thing + 1, o_turn)
@@ -420,10 +392,7 @@ def _measure_row(  # noqa: PLR0913, PLR0917 - a part of the kernel
             if is_in_path(body, 0.5 * width, other, free):
                 gap = free
                 if gap <= 0.0:
-                    gap = distance_below(
-                        dx, dy, heading, length, width, o_heading, o_length, o_width, turns[1],
-                        thing, math.inf,
-                    )  # fmt: skip
+                    gap = distance_below((dx, dy), own, o_box, turns[1], thing, math.inf)
                 _measure_ahead(body, other, acceleration * cosine, gap, thing, here, who)
             _measure_rss(body, other, rss, free, thing, here, who)
     if not is_finite:
@@ -516,14 +485,9 @@ def _measure_rss(  # noqa: PLR0913, PLR0917 - a kernel
     beside = other[D] - own[D]
     side = math.copysign(1.0, beside)
     towards, away = side * own[ACROSS], side * other[ACROSS]
-    if rss[11] > 0.0:
-        lateral = criticality.rss_lateral_distance_printed(
-            towards, away, rss[0], rss[1], rss[6], rss[7], rss[8]
-        )
-    else:
-        lateral = criticality.rss_lateral_distance(
-            towards, away, rss[0], rss[1], rss[6], rss[7], rss[8]
-        )
+    lateral = criticality.rss_lateral_distance(
+        towards, away, rss[0], rss[1], rss[6], rss[7], rss[8], rss[11] > 0.0
+    )
     if not abs(beside) - own[HALF_WIDTH] - other[HALF_WIDTH] >= lateral:
         speed, lead = own[ALONG], other[ALONG]
         if lead < 0.0:
@@ -588,5 +552,5 @@ def measure_object(scene: Scene, thing: int, distances: Floats, gaps: Floats) ->
                     distances[run, row] = math.nan
                 elif contact[run, row] != thing:
                     distances[run, row] = box_distance(
-                        x, y, heading, own_length, own_width, ox, oy, o_heading, length, width
+                        (x, y, heading, own_length, own_width), (ox, oy, o_heading, length, width)
                     )

@@ -27,7 +27,7 @@ from adeye.judge.conflict import (
     turn,
 )
 from adeye.kernel import criticality, encounter
-from adeye.kernel.boxes import box_distance
+from adeye.kernel.boxes import box_distance, box_of
 from adeye.kernel.jit import allocating, inlined
 from adeye.kernel.road import lane_way
 from adeye.signals import Floats, Ints, Shorts
@@ -170,12 +170,8 @@ def measure_following(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
         if not is_in_path(own, 0.5 * width, other, gap):
             continue
         if gap <= 0.0:
-            gap = box_distance(
-                ego[run, row, columns.EGO_X], ego[run, row, columns.EGO_Y], heading, length, width,
-                objects[run, row, thing, columns.OBJECT_X],
-                objects[run, row, thing, columns.OBJECT_Y], o_heading,
-                sizes[run, thing, 0], sizes[run, thing, 1],
-            )  # fmt: skip
+            body = box_of(objects[run, row, thing], sizes[run, thing])
+            gap = box_distance(box_of(ego[run, row], ego_size[run]), body)
         _follow(
             own, other, acceleration,
             objects[run, row, thing, columns.OBJECT_ACCELERATION] * cosine, gap, thing, found, who,

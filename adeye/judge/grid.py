@@ -87,16 +87,6 @@ class GridMap:
         """Return a layer by its name."""
         return self.layers[name]
 
-    def number_at(self, x: float, y: float) -> float:
-        """Return the number of the cell at a place of the map [m]; outside that of ``costs``."""
-        sine, cosine = sin_cos(self.ego[2])
-        dx, dy = x - self.ego[0], y - self.ego[1]
-        i = math.floor((cosine * dx + sine * dy - self.x[0]) / self.cell + 0.5)
-        j = math.floor((cosine * dy - sine * dx - self.y[0]) / self.cell + 0.5)
-        if 0 <= i < len(self.x) and 0 <= j < len(self.y):
-            return float(self.layers["number"][i, j])
-        return float(self.costs.outside)
-
     def archive(self) -> bytes:
         """Give layers, axes, pose of the ego and names of the places as a NumPy archive."""
         file = io.BytesIO()

@@ -14,7 +14,7 @@ import numpy as np
 from adeye import signals as columns
 from adeye.judge.trace_signals import STANDSTILL_SPEED
 from adeye.kernel import stops
-from adeye.kernel.boxes import signed_box_distance
+from adeye.kernel.boxes import box_of, signed_box_distance
 from adeye.kernel.elementary import atan, tan
 from adeye.kernel.jit import compiled
 from adeye.kernel.profiles import PATH_EXISTS, PATH_ROW, PATH_START, PROFILE_ROW, PROFILE_S, at_path
@@ -78,19 +78,9 @@ def best_rating(trace: Trace, run: int, row: int, rules: Floats) -> float:
         stops.fill_stop(
             speed, acceleration, wanted, jerk, record["acceleration_lag"], profiles[level]
         )
-    stops.lay_refuge_stops(
-        record,
-        ground,
-        stops.ANYWHERE,
-        (s, d, speed, acceleration),
-        (s, d, slope, 0.0),
-        0.0,
-        center,
-        NO_REFUGE,
-        driven,
-        paths,
-        profiles,
-    )
+    here, start = (s, d, speed, acceleration), (s, d, slope, 0.0)
+    approach = stops.Approach(record, ground, here, start, 0.0, center, driven)
+    stops.lay_refuge_stops(approach, stops.ANYWHERE, NO_REFUGE, paths, profiles)
     context, objects = trace.layout.context, trace["object_places"][run, row]
     beside = 0.5 * (context.object_sizes[run, :, 1] + context.ego_size[run, 1])
     follows = (objects[:, columns.PLACE_S] < s) & (abs(objects[:, columns.PLACE_D] - d) < beside)
@@ -205,19 +195,9 @@ def _is_free(  # noqa: PLR0913, PLR0917 - a stop and what it may meet
         s = start + profile[sample, PROFILE_S]
         d, slope, _ = at_path(path, s - path[PATH_START])
         x, y, heading = position(segments, s, d)
+        own = (x, y, heading + atan(slope), record["length"], record["width"])
         for index in range(sizes.shape[0]):
-            apart = signed_box_distance(
-                x,
-                y,
-                heading + atan(slope),
-                record["length"],
-                record["width"],
-                objects[sample, index, columns.OBJECT_X],
-                objects[sample, index, columns.OBJECT_Y],
-                objects[sample, index, columns.OBJECT_HEADING],
-                sizes[index, 0],
-                sizes[index, 1],
-            )
-            if not apart > 0.0:
+            other = box_of(objects[sample, index], sizes[index])
+            if not signed_box_distance(own, other) > 0.0:
                 return False
     return True

@@ -9,12 +9,27 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+from numpy.typing import NDArray
+
 from adeye.kernel.elementary import LARGEST_ANGLE, sin_cos
 from adeye.kernel.jit import compiled, inlined
 
 #: What a turning box is thickened by at most [m] in ``swept_contact``.
 SWEEP_TOLERANCE = 1e-4
 _DEEPEST = 24
+
+Vector = tuple[float, float]
+"""Along x and along y."""
+
+Turn = tuple[float, float]
+"""Sine and cosine of a heading."""
+
+Extent = tuple[float, float, float]
+"""Heading [rad], length and width [m]."""
+
+Box = tuple[float, float, float, float, float]
+"""x, y [m], heading [rad], length and width [m]."""
 
 Pose = tuple[float, float, float]
 """x, y [m] and heading [rad] of a box."""
@@ -42,6 +57,12 @@ def wrap_to_pi(angle: float) -> float:
     return rest
 
 
+@inlined
+def box_of(state: NDArray[np.float64], size: NDArray[np.float64]) -> Box:
+    """Return the box of a state that begins with x, y, heading and a size with length, width."""
+    return state[0], state[1], state[2], size[0], size[1]
+
+
 @compiled
 def _larger(a: float, b: float) -> float:
     """Return the larger number, or NaN if one is NaN."""
@@ -51,14 +72,13 @@ def _larger(a: float, b: float) -> float:
 
 
 @compiled
-def _into_frame(
-    x: float, y: float, box_x: float, box_y: float, box_heading: float
-) -> tuple[float, float]:
-    """Return a point in the frame of a box [m]."""
-    s, c = sin_cos(box_heading)
-    dx = x - box_x
-    dy = y - box_y
-    return dx * c + dy * s, dy * c - dx * s
+def _placed(box_1: Box, box_2: Box) -> Placed:
+    """Return box 2 in the frame of box 1."""
+    s, c = sin_cos(box_1[2])
+    dx = box_2[0] - box_1[0]
+    dy = box_2[1] - box_1[1]
+    sine, cosine = sin_cos(box_2[2] - box_1[2])
+    return dx * c + dy * s, dy * c - dx * s, sine, cosine
 
 
 @compiled
@@ -130,75 +150,34 @@ def placed_box_distance(placed: Placed, size_1: Size, size_2: Size, enough: floa
 
 
 @compiled
-def signed_box_distance(
-    x_1: float,
-    y_1: float,
-    heading_1: float,
-    length_1: float,
-    width_1: float,
-    x_2: float,
-    y_2: float,
-    heading_2: float,
-    length_2: float,
-    width_2: float,
-) -> float:
+def signed_box_distance(box_1: Box, box_2: Box) -> float:
     """Return the distance [m] of two boxes; in contact, minus the way that would separate them.
 
     The way out of an overlap is the shortest one at right angles to an edge.
     """
-    along, across = _into_frame(x_2, y_2, x_1, y_1, heading_1)
-    sine, cosine = sin_cos(heading_2 - heading_1)
-    placed = along, across, sine, cosine
-    return placed_box_distance(placed, (length_1, width_1), (length_2, width_2), math.inf)
+    return placed_box_distance(_placed(box_1, box_2), box_1[3:], box_2[3:], math.inf)
 
 
 @compiled
-def box_distance(
-    x_1: float,
-    y_1: float,
-    heading_1: float,
-    length_1: float,
-    width_1: float,
-    x_2: float,
-    y_2: float,
-    heading_2: float,
-    length_2: float,
-    width_2: float,
-) -> float:
+def box_distance(box_1: Box, box_2: Box) -> float:
     """Return the distance [m] of two boxes, 0 in contact."""
-    distance = signed_box_distance(
-        x_1, y_1, heading_1, length_1, width_1, x_2, y_2, heading_2, length_2, width_2
-    )
+    distance = signed_box_distance(box_1, box_2)
     return 0.0 if distance <= 0.0 else distance
 
 
 @compiled
-def boxes_overlap(
-    x_1: float,
-    y_1: float,
-    heading_1: float,
-    length_1: float,
-    width_1: float,
-    x_2: float,
-    y_2: float,
-    heading_2: float,
-    length_2: float,
-    width_2: float,
-) -> bool:
+def boxes_overlap(box_1: Box, box_2: Box) -> bool:
     """Tell whether two boxes touch or overlap; True with a NaN."""
-    dx = x_2 - x_1
-    dy = y_2 - y_1
-    reach = 0.5 * (length_1 + width_1 + length_2 + width_2)
+    dx = box_2[0] - box_1[0]
+    dy = box_2[1] - box_1[1]
+    reach = 0.5 * (box_1[3] + box_1[4] + box_2[3] + box_2[4])
     if dx * dx + dy * dy > reach * reach:
         return False
-    along, across = _into_frame(x_2, y_2, x_1, y_1, heading_1)
-    sine, cosine = sin_cos(heading_2 - heading_1)
-    placed = along, across, sine, cosine
-    return not _separation(placed, (length_1, width_1), (length_2, width_2)) > 0.0
+    return not _separation(_placed(box_1, box_2), box_1[3:], box_2[3:]) > 0.0
 
 
-@compiled
-def _narrow(
+@inlined
+def narrow(
     start: float, rate: float, radius: float, first: float, last: float
 ) -> tuple[float, float]:
     """Cut [first, last] down to the times at which abs(start + rate * t) <= radius."""
@@ -241,7 +220,7 @@ def sliding_contact(
             u, v, radius = c_2, s_2, 0.5 * (length_2 + length_1 * c + width_1 * s)
         else:
             u, v, radius = -s_2, c_2, 0.5 * (width_2 + length_1 * s + width_1 * c)
-        first, last = _narrow(u * dx + v * dy, u * rate_x + v * rate_y, radius, first, last)
+        first, last = narrow(u * dx + v * dy, u * rate_x + v * rate_y, radius, first, last)
         if first > last:
             return math.inf
     return first

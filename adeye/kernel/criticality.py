@@ -122,11 +122,14 @@ def rss_lateral_distance(
     acceleration: float,
     braking: float,
     fluctuation: float,
+    is_printed: bool = False,  # noqa: FBT001, FBT002 - compiled
 ) -> float:
     """Return the safe distance beside each other [m].
 
     Who still moves away after its response has no way of braking to be kept free, and two that
-    move apart for long enough need no distance at all.
+    move apart for long enough need no distance at all. As the definition is printed, braking terms
+    keep their sign when a vehicle moves away, and the margin is always kept: it asks for more
+    where somebody moves away, never for less.
 
     Args:
         speed_1: Lateral speed of the one towards the other, positive in that direction [m/s].
@@ -136,6 +139,7 @@ def rss_lateral_distance(
         acceleration: Largest lateral acceleration towards each other while they respond [m/s^2].
         braking: Least lateral braking afterwards, > 0 [m/s^2].
         fluctuation: Margin for swaying in the lane [m].
+        is_printed: Whether the definition is taken as it is printed.
 
     Source:
         Definition 6 with a response time each, as ``calculateSafeLateralDistance`` of ad-rss 5.0
@@ -149,49 +153,13 @@ def rss_lateral_distance(
     reached_2 = speed_2 - response_time_2 * acceleration
     way_1 = 0.5 * (speed_1 + reached_1) * response_time_1
     way_2 = 0.5 * (speed_2 + reached_2) * response_time_2
-    if reached_1 > 0.0:
+    if is_printed or reached_1 > 0.0:
         way_1 += reached_1 * reached_1 / (2.0 * braking)
-    if reached_2 < 0.0:
+    if is_printed or reached_2 < 0.0:
         way_2 -= reached_2 * reached_2 / (2.0 * braking)
+    if is_printed:
+        return fluctuation + _positive_part(way_1 - way_2)
     return _positive_part(fluctuation + (way_1 - way_2))
-
-
-@compiled
-def rss_lateral_distance_printed(
-    speed_1: float,
-    speed_2: float,
-    response_time_1: float,
-    response_time_2: float,
-    acceleration: float,
-    braking: float,
-    fluctuation: float,
-) -> float:
-    """Return the safe distance beside each other as the definition is printed [m].
-
-    Braking terms keep their sign when a vehicle moves away, and the margin is always kept: it asks
-    for more than ``rss_lateral_distance`` where somebody moves away, never for less.
-
-    Args:
-        speed_1: As there [m/s].
-        speed_2: As there [m/s].
-        response_time_1: [s].
-        response_time_2: [s].
-        acceleration: As there [m/s^2].
-        braking: As there [m/s^2].
-        fluctuation: As there [m].
-
-    Source:
-        Definition 6, with a response time each.
-    """
-    if math.isnan(braking):
-        return math.nan
-    if braking <= 0.0:
-        return math.inf
-    reached_1 = speed_1 + response_time_1 * acceleration
-    reached_2 = speed_2 - response_time_2 * acceleration
-    way_1 = 0.5 * (speed_1 + reached_1) * response_time_1 + reached_1 * reached_1 / (2.0 * braking)
-    way_2 = 0.5 * (speed_2 + reached_2) * response_time_2 - reached_2 * reached_2 / (2.0 * braking)
-    return fluctuation + _positive_part(way_1 - way_2)
 
 
 # --- Criticality of one following or passing situation, in closed form ----------------------------

@@ -1,7 +1,7 @@
 """Encounters of two bodies in the plane under a prediction: when they touch, how near they come.
 
-Both keep their heading. The second body lies at (dx, dy) [m] from the first and moves past it at
-(rate_x, rate_y) [m/s], so that only the relative motion is left. NaN in, NaN out.
+Both keep their heading. The second body lies at ``place`` (x, y) [m] from the first and moves past
+it at ``rate`` (x, y) [m/s], so that only the relative motion is left. NaN in, NaN out.
 
 Times to react [s]: what is left until the last moment at which a manoeuvre avoids the collision.
 They are at most the time to collision. A negative one is past: the manoeuvre should have begun so
@@ -23,7 +23,7 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from adeye.kernel.boxes import signed_box_distance, sliding_contact
+from adeye.kernel.boxes import Extent, Size, Turn, Vector, signed_box_distance, sliding_contact
 from adeye.kernel.criticality import stopping_distance, time_to_collision
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled, inlined
@@ -43,18 +43,7 @@ which two bodies are nearest first would be a matter of rounding."""
 
 
 @compiled
-def planar_time_to_collision(
-    dx: float,
-    dy: float,
-    rate_x: float,
-    rate_y: float,
-    heading_1: float,
-    length_1: float,
-    width_1: float,
-    heading_2: float,
-    length_2: float,
-    width_2: float,
-) -> float:
+def planar_time_to_collision(place: Vector, rate: Vector, body_1: Extent, body_2: Extent) -> float:
     """Return the first time at which two boxes touch at constant velocity [s].
 
     The exact root on the four separating axes, not a search in steps: nothing passes through.
@@ -65,47 +54,34 @@ def planar_time_to_collision(
     Source:
         Westhofen et al. (2023), "Criticality metrics for automated driving", time to collision.
     """
+    (dx, dy), (rate_x, rate_y) = place, rate
+    (heading_1, length_1, width_1), (heading_2, length_2, width_2) = body_1, body_2
     if math.isnan(
         dx + dy + rate_x + rate_y + heading_1 + length_1 + width_1 + heading_2 + length_2 + width_2
     ):
         return math.nan
-    size_1, size_2 = (length_1, width_1), (length_2, width_2)
-    return sliding_contact(
-        (dx, dy), (rate_x, rate_y), heading_1, size_1, heading_2, size_2, 0.0, math.inf
-    )
+    return sliding_contact(place, rate, heading_1, body_1[1:], heading_2, body_2[1:], 0.0, math.inf)
 
 
 @inlined
 def passing_line(
-    dx: float,
-    dy: float,
-    rate_x: float,
-    rate_y: float,
-    turn_1: tuple[float, float],
-    length_1: float,
-    width_1: float,
-    turn_2: tuple[float, float],
-    length_2: float,
-    width_2: float,
+    place: Vector, rate: Vector, turn_1: Turn, size_1: Size, turn_2: Turn, size_2: Size
 ) -> tuple[float, float, float]:
     """Return how far apart two boxes pass on the line of their relative motion, past and future.
 
     Args:
-        dx: [m].
-        dy: [m].
-        rate_x: [m/s].
-        rate_y: [m/s].
-        turn_1: Sine and cosine of the first heading.
-        length_1: [m].
-        width_1: [m].
-        turn_2: Sine and cosine of the second heading.
-        length_2: [m].
-        width_2: [m].
+        place: Of the second box from the first [m].
+        rate: Of their motion [m/s].
+        turn_1: Of the first.
+        size_1: Of the first.
+        turn_2: Of the second.
+        size_2: Of the second.
 
     Returns:
         Distance [m], negative by how far they overlap, and the times between which it is that [s];
         infinity, 0 and -1 without relative motion.
     """
+    (dx, dy), (rate_x, rate_y) = place, rate
     speed = math.sqrt(rate_x * rate_x + rate_y * rate_y)
     if not speed > 0.0:
         return math.inf, 0.0, -1.0
@@ -117,9 +93,9 @@ def passing_line(
     middle, spread = -(dx * u + dy * v), 0.0
     for axis in range(4):
         sine, cosine = turn_1 if axis < 2 else turn_2
-        half = 0.5 * (length_1 if axis == 0 else width_1)
+        half = 0.5 * (size_1[0] if axis == 0 else size_1[1])
         if axis >= 2:
-            half = 0.5 * (length_2 if axis == 2 else width_2)
+            half = 0.5 * (size_2[0] if axis == 2 else size_2[1])
         x, y = (cosine, sine) if axis % 2 == 0 else (-sine, cosine)
         across, along = side * (y * u - x * v), x * u + y * v
         apart -= half * abs(across)
@@ -133,16 +109,7 @@ def passing_line(
 
 @compiled
 def closest_encounter(
-    dx: float,
-    dy: float,
-    rate_x: float,
-    rate_y: float,
-    heading_1: float,
-    length_1: float,
-    width_1: float,
-    heading_2: float,
-    length_2: float,
-    width_2: float,
+    place: Vector, rate: Vector, body_1: Extent, body_2: Extent
 ) -> tuple[float, float]:
     """Return when two boxes are nearest at constant velocity [s], and how near [m].
 
@@ -156,20 +123,15 @@ def closest_encounter(
     Source:
         Eggert (2014), "Predictive risk estimation for intelligent ADAS functions".
     """
-    time = planar_time_to_collision(
-        dx, dy, rate_x, rate_y, heading_1, length_1, width_1, heading_2, length_2, width_2
-    )
+    time = planar_time_to_collision(place, rate, body_1, body_2)
     if math.isnan(time):
         return math.nan, math.nan
     if time < math.inf:
         return time, 0.0
-    least = signed_box_distance(
-        0.0, 0.0, heading_1, length_1, width_1, dx, dy, heading_2, length_2, width_2
-    )
+    least = signed_box_distance((0.0, 0.0, *body_1), (*place, *body_2))
     line, first, last = passing_line(
-        dx, dy, rate_x, rate_y, sin_cos(heading_1), length_1, width_1, sin_cos(heading_2), length_2,
-        width_2,
-    )  # fmt: skip
+        place, rate, sin_cos(body_1[0]), body_1[1:], sin_cos(body_2[0]), body_2[1:]
+    )
     if 0.0 < line < least and last >= 0.0:
         return max(first, 0.0), line
     return 0.0, least

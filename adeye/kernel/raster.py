@@ -18,6 +18,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from adeye.kernel.boxes import Turn
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled, inlined
 
@@ -47,6 +48,9 @@ NOTHING: Final = -1
 ) = range(10)
 VIEW_WIDTH: Final = 10
 
+Place = tuple[float, float, float]
+"""x, y in the map and height above the ground [m]."""
+
 # Rows of the forms of a box: inverse depths where rays enter its slabs, where they leave them, and
 # the lines that bound its outline.
 _ENTRIES: Final = 0
@@ -60,36 +64,23 @@ _TINY: Final = 1e-9
 
 @inlined
 def aim(
-    x: float,
-    y: float,
-    height: float,
-    heading: float,
-    pitch_sine: float,
-    pitch_cosine: float,
-    focal: float,
-    columns: int,
-    rows: int,
-    view: Floats,
+    place: Place, heading: float, pitch: Turn, focal: float, size: tuple[int, int], view: Floats
 ) -> None:
     """Describe a pinhole camera; its optical axis goes through the middle of the image.
 
     Args:
-        x: Of the pinhole in the map [m].
-        y: [m].
-        height: Above the ground [m].
+        place: Of the pinhole.
         heading: That it looks in [rad].
-        pitch_sine: Of its pitch, positive with the nose down.
-        pitch_cosine: Of the same.
+        pitch: Positive with the nose down.
         focal: Focal length [pixels].
-        columns: Of the image.
-        rows: Of the image.
+        size: Columns and rows of the image.
         view: (VIEW_WIDTH,) out.
     """
-    view[VIEW_X], view[VIEW_Y], view[VIEW_HEIGHT] = x, y, height
+    view[VIEW_X], view[VIEW_Y], view[VIEW_HEIGHT] = place
     view[VIEW_SINE], view[VIEW_COSINE] = sin_cos(heading)
-    view[VIEW_PITCH_SINE], view[VIEW_PITCH_COSINE] = pitch_sine, pitch_cosine
+    view[VIEW_PITCH_SINE], view[VIEW_PITCH_COSINE] = pitch
     view[VIEW_FOCAL] = focal
-    view[VIEW_COLUMN], view[VIEW_ROW] = 0.5 - 0.5 * columns, 0.5 - 0.5 * rows
+    view[VIEW_COLUMN], view[VIEW_ROW] = 0.5 - 0.5 * size[0], 0.5 - 0.5 * size[1]
 
 
 @inlined

@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from adeye.kernel.boxes import Box, Vector, narrow
 from adeye.kernel.elementary import atan2, sin_cos, sin_cos_of_any
 from adeye.kernel.jit import allocating, compiled, inlined
 
@@ -16,53 +17,26 @@ from adeye.kernel.jit import allocating, compiled, inlined
 Floats = NDArray[np.float64]
 
 
-@inlined
-def _cut(start: float, rate: float, half: float, near: float, far: float) -> tuple[float, float]:
-    """Cut [near, far] down to the part of a ray with abs(start + rate * t) <= half."""
-    if rate == 0.0:
-        return (math.inf, -math.inf) if abs(start) > half else (near, far)
-    enter = (-half - start) / rate
-    leave = (half - start) / rate
-    if enter > leave:
-        enter, leave = leave, enter
-    return (enter if enter > near else near), (leave if leave < far else far)
-
-
 @compiled
-def ray_box_distance(
-    x: float,
-    y: float,
-    direction_x: float,
-    direction_y: float,
-    box_x: float,
-    box_y: float,
-    box_heading: float,
-    box_length: float,
-    box_width: float,
-) -> float:
+def ray_box_distance(origin: Vector, direction: Vector, box: Box) -> float:
     """Return how far a ray travels to a box [m]: 0 from inside, infinity past it, NaN with a NaN.
 
     Args:
-        x: Origin of the ray [m].
-        y: Origin of the ray [m].
-        direction_x: Unit vector of the ray.
-        direction_y: Unit vector of the ray.
-        box_x: Centre [m].
-        box_y: Centre [m].
-        box_heading: [rad].
-        box_length: [m].
-        box_width: [m].
+        origin: x and y [m].
+        direction: Unit vector.
+        box: The box.
     """
-    s, c = sin_cos(box_heading)
-    dx = x - box_x
-    dy = y - box_y
+    box_x, box_y, heading, length, width = box
+    s, c = sin_cos(heading)
+    dx = origin[0] - box_x
+    dy = origin[1] - box_y
     return _ray(
         dx * c + dy * s,
         dy * c - dx * s,
-        direction_x * c + direction_y * s,
-        direction_y * c - direction_x * s,
-        box_length,
-        box_width,
+        direction[0] * c + direction[1] * s,
+        direction[1] * c - direction[0] * s,
+        length,
+        width,
     )
 
 
@@ -73,8 +47,8 @@ def _ray(
     """Return how far a ray travels to a box, both given in the frame of the box [m]."""
     if math.isnan(along + across + forward + sideways + length + width):
         return math.nan
-    near, far = _cut(along, forward, 0.5 * length, 0.0, math.inf)
-    near, far = _cut(across, sideways, 0.5 * width, near, far)
+    near, far = narrow(along, forward, 0.5 * length, 0.0, math.inf)
+    near, far = narrow(across, sideways, 0.5 * width, near, far)
     return near if near <= far else math.inf
 
 

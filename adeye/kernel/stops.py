@@ -532,7 +532,17 @@ CRAWL: Final = 1.0
 
 
 class Approach(NamedTuple):
-    """From where a refuge is approached; the fields are arguments of ``lay_refuge_stops``."""
+    """From where a refuge is approached.
+
+    Attributes:
+        record: Has the body, ``max_curvature``, ``acceleration_lag`` and the two decelerations.
+        ground: The road.
+        here: s, d, speed and acceleration of the ego now.
+        start: s, d, slope and bend where a path would begin, after the wait.
+        wait: Time before a stop begins [s].
+        center: Centre of the ego's lane [m].
+        driven: (PATH_ROW,) path of the stop in a refuge that is being driven.
+    """
 
     record: Any
     ground: Ground
@@ -545,35 +555,19 @@ class Approach(NamedTuple):
 
 @compiled
 def lay_refuge_stops(
-    record: Any,
-    ground: Ground,
-    places: int,
-    here: tuple[float, float, float, float],
-    start: tuple[float, float, float, float],
-    wait: float,
-    center: float,
-    kept: int,
-    driven: Floats,
-    paths: Floats,
-    profiles: Floats,
+    approach: Approach, places: int, kept: int, paths: Floats, profiles: Floats
 ) -> None:
     """Lay path and profile of each level into the first refuge that can be had.
 
     Args:
-        record: Has the body, ``max_curvature``, ``acceleration_lag`` and the two decelerations.
-        ground: The road.
+        approach: From where.
         places: ``ONLY_REST_AREA`` leaves parking bays out.
-        here: s, d, speed and acceleration of the ego now.
-        start: s, d, slope and bend where a path would begin, after the wait.
-        wait: Time before a stop begins [s].
-        center: Centre of the ego's lane [m].
         kept: Level of the stop in a refuge that is being driven, -1 for none.
-        driven: (PATH_ROW,) its path.
         paths: (LAID_PATHS, PATH_ROW) out, those of the refuge only.
         profiles: (LAID_PROFILES, STOP_SAMPLES, PROFILE_ROW) out, those of the refuge only; the
             others are filled.
     """
-    approach = Approach(record, ground, here, start, wait, center, driven)
+    ground = approach.ground
     for level in range(STOP_LEVELS):
         stop = REFUGE * STOP_LEVELS + level
         path, profile = paths[path_of(stop)], profiles[profile_of(stop)]

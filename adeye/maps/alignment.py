@@ -42,9 +42,6 @@ BEHIND, BEFORE = 0, 1
 PANELS = 32
 SCRATCH = PANELS + 2
 
-LONGEST_PANEL = 20.0
-"""Of a length by quadrature [m]."""
-
 _NODES = np.array(
     [0.1834346424956498049, 0.5255324099163289858, 0.7966664774136267396, 0.9602898564975362317]
 )
@@ -359,30 +356,3 @@ def fill_line(
         place = place_beside(pieces, cubics, places[i], BEHIND, scratch)
         for column in range(PLACE_WIDTH):
             line[i, column] = place[column]
-
-
-@compiled
-def length_beside(
-    pieces: Floats, cubics: Floats, start: float, end: float, scratch: Floats
-) -> float:
-    """Return the length of a line beside the reference line between two places of the road [m].
-
-    Args:
-        pieces: (G, 15), see the module.
-        cubics: (M, 5), see the module.
-        start: On the road [m].
-        end: On the road, not before ``start`` [m].
-        scratch: As for ``place_beside``.
-    """
-    length = 0.0
-    place = start
-    while place < end:
-        until = min(end, next_row(pieces, place), next_row(cubics, place), place + LONGEST_PANEL)
-        half, middle = 0.5 * (until - place), 0.5 * (until + place)
-        for node in range(4):
-            for side in range(2):
-                s = middle + half * _NODES[node] * (2 * side - 1)
-                rate = place_beside(pieces, cubics, s, BEHIND, scratch)[RATE]
-                length += half * _WEIGHTS[node] * rate
-        place = until
-    return length

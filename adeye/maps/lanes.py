@@ -248,11 +248,6 @@ def width_at(strip: Strip, places: Floats) -> Floats:
     return outer - inner if strip.lane.id > 0 else inner - outer
 
 
-def length_of(road: LaidRoad, strip: Strip) -> float:
-    """Return the length of a lane's centre line [m]."""
-    return alignment.length_beside(road.pieces, strip.center, strip.start, strip.end, road.scratch)
-
-
 def places_of(road: Road, step: float) -> Floats:
     """Return the start of a road, the end of each step on it, and its own end (N,) [m]."""
     places = np.arange(0.0, road.length, step)

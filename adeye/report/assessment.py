@@ -211,7 +211,8 @@ def _fault_row(
     )
     if not group:
         return row
-    least = {run.run: _ftti(run) for run in group}
+    # None where a violation is not the fault's doing.
+    least = {run.run: run.ftti_s if run.fault_free_violation_s is None else None for run in group}
     fttis = [time for time in least.values() if time is not None]
     margins = {
         run.run: min(limits) - run.times.fhti_s
@@ -273,11 +274,6 @@ def _fault_verdict(
 
 def _is_handled(group: Sequence[Injection]) -> bool:
     return all(run.class_ in {"detected_in_time", "not_activated"} for run in group)
-
-
-def _ftti(run: Injection) -> float | None:
-    """Return the measured FTTI; None where it is not the fault's doing."""
-    return None if run.fault_free_violation_s is not None else run.ftti_s
 
 
 def _longest(times: Iterator[float | None]) -> float | None:

@@ -97,6 +97,7 @@ def run(  # noqa: PLR0913 - all but the cases has a default
     first = cases[0]
     base_dir = (base_dirs or {}).get(first.architecture.architecture, Path())
     traffic = make_traffic(backend, variant)
+    traffic.base_dir = base_dir
     context, scene = traffic.reset(cases)
     rig = Rig(cases, context, base_dir)
     rack = ChannelRack(cases, context, base_dir, drawn=drawn, witness=witness)
@@ -116,7 +117,7 @@ def run(  # noqa: PLR0913 - all but the cases has a default
         memory=memory,
         mounts=mounts(cases),
     )
-    with closing(rack):
+    with closing(traffic), closing(rack):
         while scene.running.any() and scene.tick != most_ticks:
             active = faults.update(scene)
             sensed = faults.on_bodies(rig, active, scene).sense(scene)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
-from typing import Annotated, Final
+from typing import Annotated, ClassVar, Final
 
 from pydantic import Field
 
@@ -11,7 +11,8 @@ from adeye.errors import suggest
 from adeye.spec.channels import Channel, ReferenceChannel, SafetyChannel
 from adeye.spec.document import Problem, finds, repeated
 from adeye.spec.plausible import FileRecord, Limits
-from adeye.spec.quantity import Angle, AngularRate, ById, Identifier, Number, Record, Text
+from adeye.spec.program import Plant
+from adeye.spec.quantity import Angle, AngularRate, ById, GrownRecord, Identifier, Number, Text
 from adeye.spec.sensors import NonNegativeDuration, PositiveLength, Sensor
 from adeye.spec.supervisor import PositiveAcceleration
 from adeye.spec.switch import Switch
@@ -24,8 +25,10 @@ NEAR: Final = 2.0
 """How far from the body a sensor may be mounted [m]: masts, roof racks, test rigs. Our choice."""
 
 
-class Vehicle(Record):
+class Vehicle(GrownRecord):
     """The ego's body and limits; every other part reads them from here."""
+
+    later: ClassVar[tuple[str, ...]] = ("plant",)
 
     length: PositiveLength
     width: PositiveLength
@@ -40,6 +43,8 @@ class Vehicle(Record):
     """Time constant of the first-order drive and brake response [s]."""
     steering_lag: NonNegativeDuration
     """Time constant of the first-order steering response [s]."""
+    plant: Plant | None = None
+    """An FMU that moves it, instead of the built-in single-track model."""
 
 
 class Architecture(FileRecord):

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Iterator
+from typing import Annotated, Literal
 
 from pydantic import Field, StringConstraints
 
 from adeye.spec import quantity as q
+from adeye.spec.document import Problem, finds
 
 
 class ProcessLimits(q.Record):
@@ -47,5 +49,59 @@ class FmuUse(ProgramParameters):
     """Path relative to this file; its content is part of a result's identity."""
     start: q.Free = {}
     """Start values by variable, in the unit that the variable has."""
+    limits: ProcessLimits = ProcessLimits(file_mib=256)
     sub_steps: Annotated[int, Field(ge=1, le=1000)] = 1
     """How many steps of the FMU a step of the master is."""
+
+    def __hash__(self) -> int:
+        """Hash what can be: dictionaries cannot."""
+        return hash((type(self), self.file))
+
+
+class PlantPose(q.Record):
+    """Which start values of an FMU say where a run begins."""
+
+    x: VariableName
+    """[m]"""
+    y: VariableName
+    heading: VariableName
+    """[rad]"""
+    speed: VariableName
+    """[m/s]"""
+
+
+class PlantState(q.SparseRecord):
+    """Which outputs of an FMU are the state of the vehicle."""
+
+    x: VariableName
+    """Of the point half-way between the axles, in the map [m]."""
+    y: VariableName
+    heading: VariableName
+    """[rad]"""
+    speed: VariableName
+    """[m/s]"""
+    acceleration: VariableName | None = None
+    """[m/s²]; where it is left out, the change of the speed is."""
+    steering_angle: VariableName | None = None
+    """Of the front wheels [rad]; where it is left out, the one that is commanded is."""
+    yaw_rate: VariableName | None = None
+    """[rad/s]; where it is left out, the change of the heading is."""
+
+
+PlantInput = Literal["acceleration", "steering_angle", "friction"]
+
+
+class Plant(FmuUse):
+    """An FMU that moves the vehicle instead of the built-in model."""
+
+    inputs: dict[VariableName, PlantInput]
+    """What each input variable gets: the acting command, in which a grade is allowed for, and the
+    friction of the tyres. They are set before the step to the next tick."""
+    initial: PlantPose
+    outputs: PlantState
+
+    @finds
+    def _is_commanded(self) -> Iterator[Problem]:
+        for name in ("acceleration", "steering_angle"):
+            if name not in self.inputs.values():
+                yield ("inputs",), f"no variable gets {name}"

@@ -172,11 +172,6 @@ def save_done(connection: Connection, work_id: int, cases: Sequence[Done]) -> No
     insert_rows(connection, tables.case_tally, case_tallies(work_id, cases))
 
 
-def account_block(connection: Connection, work_id: int) -> None:
-    """Account for a block that is done, from its rows."""
-    save_done(connection, work_id, done_cases(connection, work_id))
-
-
 def whole_rows(connection: Connection, campaign_id: str) -> tuple[tuple[Table, list[Row]], ...]:
     """Make the rows that only a whole campaign tells; none before its last block is done."""
     if not _is_whole(connection, campaign_id):

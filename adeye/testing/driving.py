@@ -200,8 +200,7 @@ def _sense(
 def _distance(ego: Floats, objects: Floats, size: tuple[float, float]) -> float:
     car = passenger_car()
     own = ego[columns.EGO_X], ego[columns.EGO_Y], ego[columns.EGO_HEADING], car.length, car.width
-    x, y, heading = columns.OBJECT_X, columns.OBJECT_Y, columns.OBJECT_HEADING
-    distances = (box_distance(*own, item[x], item[y], item[heading], *size) for item in objects)
+    distances = (box_distance(own, (*item[:3], *size)) for item in objects)
     return min(distances, default=math.inf)
 
 

@@ -35,6 +35,8 @@ from adeye.kernel.encounter import (
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from adeye.kernel.boxes import Extent, Vector
+
     Form = Callable[..., float]
     Answer = Callable[..., float | None]
 
@@ -174,8 +176,11 @@ def _closing(gap: float, rear: float, front: float, _: float) -> float:
     return time_to_collision(gap, rear - front)
 
 
-def _bodies(gap: float, rear: float, front: float, length: float) -> tuple[float, ...]:
-    return (2.0 + gap + 0.5 * length, 0.0, front - rear, 0.0, *BODY, 0.0, length, 2.0)
+def _bodies(
+    gap: float, rear: float, front: float, length: float
+) -> tuple[Vector, Vector, Extent, Extent]:
+    place, rate = (2.0 + gap + 0.5 * length, 0.0), (front - rear, 0.0)
+    return place, rate, BODY, (0.0, length, 2.0)
 
 
 def _stepped(time: float) -> float:

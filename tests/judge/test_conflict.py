@@ -11,7 +11,7 @@ from adeye.judge import conflict
 from adeye.judge.following import DST, MDRAC, MTTC, STN, TTR, is_worse_when_larger
 from adeye.judge.series import RssParameters, TraceSeries
 from adeye.judge.stl.series import SampleStatus
-from adeye.kernel.boxes import box_distance
+from adeye.kernel.boxes import box_distance, box_of
 from adeye.kernel.criticality import rss_lateral_distance
 
 NAMES = ("distance", "gap", "ttc", "time_gap", "time_headway", "drac", "required_deceleration")
@@ -328,9 +328,7 @@ def distances(
     return np.array(
         [
             [
-                box_distance(
-                    *ego[0, row, :3], *size[0, :2], *others[0, row, at, :3], *sizes[0, at, :2]
-                )
+                box_distance(box_of(ego[0, row], size[0]), box_of(others[0, row, at], sizes[0, at]))
                 for at in range(others.shape[2])
             ]
             for row in range(ego.shape[1])
@@ -368,7 +366,12 @@ def test_distance_is_exact_up_to_what_is_enough(seed: int) -> None:
             ox, oy, o_heading = others[0, row, at, :3]
             o_length, o_width = sizes[0, at, :2]
             found = conflict.distance_below(
-                ox - x, oy - y, heading, 4.0, 2.0, o_heading, o_length, o_width, turns, at, 3.0
+                (ox - x, oy - y),
+                (heading, 4.0, 2.0),
+                (o_heading, o_length, o_width),
+                turns,
+                at,
+                3.0,
             )
             bounds += found != every[row, at]
             assert found == every[row, at] or 3.0 < found <= every[row, at] + 1e-9
@@ -385,7 +388,7 @@ def test_far_beside_is_neither_in_the_path_nor_laterally_unsafe() -> None:
         length, width = bits.uniform(0.3, 12.0), bits.uniform(0.3, 3.0)
         reach = conflict.lateral_reach(abs(across), RSS[0], RSS[6], BRAKING) + RSS[8]
         if not conflict.is_far_beside(
-            beside, 1.0, reach, speed, angle, length, width, RSS, BRAKING
+            beside, 1.0, reach, (speed, angle, length, width), RSS, BRAKING
         ):
             continue
         culled += 1

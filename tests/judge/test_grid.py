@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from adeye.errors import UsageError
-from adeye.judge.grid import LAYERS, grid_at, grid_map
+from adeye.judge.grid import LAYERS, GridMap, grid_at, grid_map
 from adeye.judge.safe_stop import ratings_of
 from adeye.kernel.stops import RULE_NAMES
 from adeye.spec.architecture import Architecture
@@ -116,8 +116,7 @@ def test_costs_of_adeye_on_a_straight_road(hand_made: Make) -> None:
     found = grid_map(fixed(made.trace(), 1.5), 0, 0.0, GridSettings(costs=ADEYE_COSTS))
 
     def cost(x: float, y: float) -> float:
-        assert found.number_at(x, 5.25 + y) == found["number"][found.x == x, found.y == y]
-        return found.number_at(x, 5.25 + y)
+        return float(found["number"][found.x == x, found.y == y].item())
 
     assert cost(5.25, 0.25) == 25.0
     assert cost(5.25, -4.75) == 25.0
@@ -126,9 +125,14 @@ def test_costs_of_adeye_on_a_straight_road(hand_made: Make) -> None:
     # To the left of the ego's left side, and beside the road there.
     assert [cost(5.25, y) for y in (0.75, 1.25, 4.75, 5.25, 8.25)] == [25.0, 65.0, 65.0, 90.0, 90.0]
     assert cost(14.25, 0.25) == 100.0
-    assert found.number_at(51.0, 5.25) == 99.0
     blocked = found["blocked"]
     assert np.array_equal(blocked, (found["static"] > 0.0) | (found.y > 5.0))
+
+
+def number_at(found: GridMap, along: float) -> float:
+    """Number of the cell 4 m beside the reference line, of the ego 5.25 m beside it."""
+    cell = abs(found.x - along).argmin(), abs(found.y + 9.25).argmin()
+    return float(found["number"][cell])
 
 
 def test_bay_costs_little_and_rest_area_nothing_in_adeye(hand_made: Make) -> None:
@@ -139,13 +143,13 @@ def test_bay_costs_little_and_rest_area_nothing_in_adeye(hand_made: Make) -> Non
     trace = replace(trace, layout=replace(trace.layout, context=context))
     found = grid_map(trace, 0, 0.0, GridSettings(costs=ADEYE_COSTS))
     # The ego is 5.25 m from the right edge, the bays begin 2 m beside it.
-    assert [found.number_at(x, -4.0) for x in (10.0, 20.0, 35.0)] == [5.0, 50.0, 0.0]
+    assert [number_at(found, x) for x in (10.0, 20.0, 35.0)] == [5.0, 50.0, 0.0]
     beside = (found.y >= -11.25) & (found.y < -7.25)
     for name, row, start in (("parking", 0, 5.0), ("rest_area", 1, 30.0)):
         along = (found.x > start) & (found.x < start + 10.0)
         assert np.array_equal(found[name] == row, along[:, None] & beside)
         assert np.unique(found[name]).tolist() == [-1, row]
-    assert grid_map(trace, 0, 0.0).number_at(35.0, -4.0) == 0.0
+    assert number_at(grid_map(trace, 0, 0.0), 35.0) == 0.0
 
 
 def test_kerb_is_no_obstacle_for_adeye(hand_made: Make) -> None:

@@ -220,14 +220,14 @@ def test_rss_within_its_limits() -> None:
 def test_printed_definition_is_the_same_for_who_comes_nearer_and_never_asks_for_less() -> None:
     for speeds in ((0.0, 0.0), (1.3, 0.0), (0.7, -0.4), (0.0, 0.2)):
         state = (*speeds, *BESIDE)
-        assert subject.rss_lateral_distance(*state) == subject.rss_lateral_distance_printed(*state)
+        assert subject.rss_lateral_distance(*state) == subject.rss_lateral_distance(*state, True)  # noqa: FBT003
     more = 0
     for one in range(-30, 31):
         for two in range(-30, 31):
             state = (0.1 * one, 0.1 * two, *BESIDE)
             reference, printed = (
                 subject.rss_lateral_distance(*state),
-                subject.rss_lateral_distance_printed(*state),
+                subject.rss_lateral_distance(*state, True),  # noqa: FBT003
             )
             assert printed >= reference
             more += printed > reference + 1.0

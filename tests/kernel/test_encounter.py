@@ -8,43 +8,46 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from adeye.kernel import encounter
-from adeye.kernel.boxes import box_distance
+from adeye.kernel.boxes import Extent, Vector, box_distance
 
 CAR = (0.0, 4.0, 2.0)
-Pair = tuple[float, float, float, float, float, float, float, float, float, float]
+Pair = tuple[Vector, Vector, Extent, Extent]
+bodies = st.tuples(st.floats(-3.2, 3.2), st.floats(1.0, 8.0), st.floats(0.5, 3.0))
 placed = st.tuples(
-    *[st.floats(-40.0, 40.0)] * 2,
-    *[st.floats(-20.0, 20.0)] * 2,
-    st.floats(-3.2, 3.2), st.floats(1.0, 8.0), st.floats(0.5, 3.0),
-    st.floats(-3.2, 3.2), st.floats(1.0, 8.0), st.floats(0.5, 3.0),
-)  # fmt: skip
+    st.tuples(*[st.floats(-40.0, 40.0)] * 2),
+    st.tuples(*[st.floats(-20.0, 20.0)] * 2),
+    bodies,
+    bodies,
+)
 
 
 def distance_at(pair: Pair, time: float) -> float:
-    dx, dy, rate_x, rate_y, h, ln, w, h2, l2, w2 = pair
-    return box_distance(0.0, 0.0, h, ln, w, dx + rate_x * time, dy + rate_y * time, h2, l2, w2)
+    (dx, dy), (rate_x, rate_y), own, other = pair
+    return box_distance((0.0, 0.0, *own), (dx + rate_x * time, dy + rate_y * time, *other))
 
 
 def test_following_is_the_one_dimensional_time() -> None:
     # Centres 24 m apart, 4 m long: a gap of 20 m that closes with 5 m/s.
-    assert encounter.planar_time_to_collision(24.0, 0.0, -5.0, 0.0, *CAR, *CAR) == pytest.approx(
+    assert encounter.planar_time_to_collision((24.0, 0.0), (-5.0, 0.0), CAR, CAR) == pytest.approx(
         4.0, rel=1e-12
     )
-    assert encounter.planar_time_to_collision(24.0, 1.99, -5.0, 0.0, *CAR, *CAR) == pytest.approx(
+    assert encounter.planar_time_to_collision((24.0, 1.99), (-5.0, 0.0), CAR, CAR) == pytest.approx(
         4.0
     )
-    assert encounter.planar_time_to_collision(24.0, 2.01, -5.0, 0.0, *CAR, *CAR) == math.inf
+    assert encounter.planar_time_to_collision((24.0, 2.01), (-5.0, 0.0), CAR, CAR) == math.inf
 
 
 def test_turned_box_is_met_at_its_corner() -> None:
     # A square of 2 m turned by 45 degrees reaches sqrt(2) ahead.
-    found = encounter.planar_time_to_collision(10.0, 0.0, -2.0, 0.0, *CAR, math.pi / 4.0, 2.0, 2.0)
+    found = encounter.planar_time_to_collision(
+        (10.0, 0.0), (-2.0, 0.0), CAR, (math.pi / 4.0, 2.0, 2.0)
+    )
     assert found == pytest.approx((10.0 - 2.0 - math.sqrt(2.0)) / 2.0, rel=1e-12)
 
 
 def test_thin_and_fast_crossing_does_not_tunnel() -> None:
     # 0.1 m wide across the way, 60 m/s: 6 m in a step of 0.1 s, past the ego of 2 m.
-    assert encounter.planar_time_to_collision(0.0, -61.05, 0.0, 60.0, *CAR, *(0.0, 0.1, 0.1)) == (
+    assert encounter.planar_time_to_collision((0.0, -61.05), (0.0, 60.0), CAR, (0.0, 0.1, 0.1)) == (
         pytest.approx(1.0, rel=1e-12)
     )
 
@@ -71,10 +74,10 @@ def test_worst_case_head_on_is_a_quadratic() -> None:
 
 
 def test_passing_neighbour_has_its_lateral_distance() -> None:
-    time, distance = encounter.closest_encounter(30.0, 3.5, -10.0, 0.0, *CAR, *CAR)
+    time, distance = encounter.closest_encounter((30.0, 3.5), (-10.0, 0.0), CAR, CAR)
     assert time == pytest.approx(2.6, rel=1e-12)
     assert distance == pytest.approx(1.5, rel=1e-12)
-    time, distance = encounter.closest_encounter(30.0, 3.5, 10.0, 0.0, *CAR, *CAR)
+    time, distance = encounter.closest_encounter((30.0, 3.5), (10.0, 0.0), CAR, CAR)
     assert time == 0.0
     assert distance == pytest.approx(math.hypot(26.0, 1.5), rel=1e-12)
 
@@ -85,8 +88,8 @@ def test_passing_neighbour_is_nearest_first_on_a_road_of_any_heading() -> None:
         heading = 0.01 * place
         c, s = math.cos(heading), math.sin(heading)
         time, distance = encounter.closest_encounter(
-            50.0 * c - 5.0 * s, 50.0 * s + 5.0 * c, -10.0 * c, -10.0 * s,
-            heading, 4.0, 2.0, heading, 2.0, 2.0,
+            (50.0 * c - 5.0 * s, 50.0 * s + 5.0 * c), (-10.0 * c, -10.0 * s),
+            (heading, 4.0, 2.0), (heading, 2.0, 2.0),
         )  # fmt: skip
         assert time == pytest.approx((50.0 - 2.0 - 1.0) / 10.0, rel=1e-12)
         assert distance == pytest.approx(5.0 - 1.0 - 1.0, rel=1e-12)

@@ -43,30 +43,31 @@ def test_distance_is_that_of_sides_or_corners_and_negative_in_overlap() -> None:
         ((4.0, 0.0, 0.0, 4.0, 2.0), 0.0),
         ((0.5, 1.5, 0.0, 4.0, 2.0), -0.5),
     ):
-        assert boxes.signed_box_distance(*UNIT, *other) == pytest.approx(distance, rel=1e-14)
-        assert boxes.box_distance(*UNIT, *other) == pytest.approx(max(distance, 0.0), rel=1e-14)
+        assert boxes.signed_box_distance(UNIT, other) == pytest.approx(distance, rel=1e-14)
+        assert boxes.box_distance(UNIT, other) == pytest.approx(max(distance, 0.0), rel=1e-14)
 
 
 def test_touching_and_crossed_boxes_are_in_contact() -> None:
-    assert boxes.boxes_overlap(*UNIT, 4.0, 0.0, 0.0, 4.0, 2.0)
-    assert not boxes.boxes_overlap(*UNIT, math.nextafter(4.0, 5.0), 0.0, 0.0, 4.0, 2.0)
+    assert boxes.boxes_overlap(UNIT, (4.0, 0.0, 0.0, 4.0, 2.0))
+    assert not boxes.boxes_overlap(UNIT, (math.nextafter(4.0, 5.0), 0.0, 0.0, 4.0, 2.0))
     # Without a corner of one inside the other.
-    assert boxes.boxes_overlap(0.0, 0.0, 0.0, 10.0, 1.0, 0.0, 0.0, math.pi / 2, 10.0, 1.0)
+    assert boxes.boxes_overlap((0.0, 0.0, 0.0, 10.0, 1.0), (0.0, 0.0, math.pi / 2, 10.0, 1.0))
 
 
 def test_unknown_box_is_never_apart() -> None:
-    assert boxes.boxes_overlap(*UNIT, math.nan, 0.0, 0.0, 4.0, 2.0)
-    assert math.isnan(boxes.box_distance(*UNIT, 10.0, 0.0, math.nan, 4.0, 2.0))
-    assert math.isnan(boxes.signed_box_distance(*UNIT, math.nan, 0.0, 0.0, 4.0, 2.0))
+    assert boxes.boxes_overlap(UNIT, (math.nan, 0.0, 0.0, 4.0, 2.0))
+    assert math.isnan(boxes.box_distance(UNIT, (10.0, 0.0, math.nan, 4.0, 2.0)))
+    assert math.isnan(boxes.signed_box_distance(UNIT, (math.nan, 0.0, 0.0, 4.0, 2.0)))
 
 
 def test_distance_is_symmetric_and_agrees_with_overlap() -> None:
     overlapping = 0
     for pair in random_pairs(300):
-        there = boxes.signed_box_distance(*pair)
-        back = boxes.signed_box_distance(*pair[5:], *pair[:5])
+        one, other = tuple(pair[:5].tolist()), tuple(pair[5:].tolist())
+        there = boxes.signed_box_distance(one, other)
+        back = boxes.signed_box_distance(other, one)
         assert there == pytest.approx(back, abs=1e-12)
-        assert boxes.boxes_overlap(*pair) == (there <= 0.0)
+        assert boxes.boxes_overlap(one, other) == (there <= 0.0)
         overlapping += there <= 0.0
     assert 30 < overlapping < 270
 
@@ -111,7 +112,7 @@ def test_turning_box_hits_what_only_its_corner_sweeps() -> None:
     corner = 0.5 * math.hypot(4.0, 4.0)
     square = (4.0, 4.0)
     place = (2.0 + corner - 0.1, 0.0, 0.0)
-    assert not boxes.boxes_overlap(0.0, 0.0, 0.0, *square, *place, *square)
+    assert not boxes.boxes_overlap((0.0, 0.0, 0.0, *square), (*place, *square))
     contact, share = sweep((0.0, 0.0, 0.0), end, place, place, size=square)
     assert contact
     assert 0.2 < share < 0.5
@@ -131,16 +132,11 @@ def test_sweep_agrees_with_many_small_steps() -> None:
         turn_1, turn_2 = boxes.wrap_to_pi(b[2] - a[2]), boxes.wrap_to_pi(d[2] - c[2])
         nearest, first = math.inf, math.inf
         for share in np.linspace(0.0, 1.0, 401):
-            distance = boxes.signed_box_distance(
-                a[0] + share * (b[0] - a[0]),
-                a[1] + share * (b[1] - a[1]),
-                a[2] + share * turn_1,
-                *CAR,
-                c[0] + share * (d[0] - c[0]),
-                c[1] + share * (d[1] - c[1]),
-                c[2] + share * turn_2,
-                *CAR,
-            )
+            one = a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1]), a[2] + share * turn_1
+            other = (
+                c[0] + share * (d[0] - c[0]), c[1] + share * (d[1] - c[1]), c[2] + share * turn_2
+            )  # fmt: skip
+            distance = boxes.signed_box_distance((*one, *CAR), (*other, *CAR))
             nearest = min(nearest, distance)
             if distance <= 0.0:
                 first = min(first, float(share))

@@ -29,8 +29,8 @@ class Picture:
     ) -> None:
         self.place, self.heading, self.pitch, self.focal = place, heading, pitch, focal
         self.pinhole = np.zeros(raster.VIEW_WIDTH)
-        sine, cosine = math.sin(pitch), math.cos(pitch)
-        raster.aim(*place, heading, sine, cosine, focal, COLUMNS, ROWS, self.pinhole)
+        turn = math.sin(pitch), math.cos(pitch)
+        raster.aim(place, heading, turn, focal, (COLUMNS, ROWS), self.pinhole)
         self.nearness: Floats = np.zeros((COLUMNS, ROWS))
         self.owner: Ints = np.full((COLUMNS, ROWS), raster.NOTHING, dtype=np.int64)
         self.span: Ints = np.zeros((COLUMNS, 2), dtype=np.int64)

@@ -122,7 +122,8 @@ def test_level_beams_meet_what_any_beams_meet() -> None:
         assert np.array_equal(plain, scan(table, box, size, heading=heading, level=True))
         angles = table[subject.BEAM_BEARING] + heading
         single = [
-            ray_box_distance(0.0, 0.0, math.cos(a), math.sin(a), *box, *size[:2]) for a in angles
+            ray_box_distance((0.0, 0.0), (math.cos(a), math.sin(a)), (*box, *size[:2]))
+            for a in angles
         ]
         assert plain == pytest.approx(np.array(single))
 

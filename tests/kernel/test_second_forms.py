@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -88,6 +89,23 @@ def boxes(dx: float, dy: float, *bodies: float) -> tuple[plane.Box, plane.Box]:
     return plane.Box(0.0, 0.0, *bodies[:3]), plane.Box(dx, dy, *bodies[3:])
 
 
+def own_planar(dx: float, dy: float, rate_x: float, rate_y: float, *bodies: float) -> float:
+    one, other = bodies[:3], bodies[3:]
+    found: float = encounter.planar_time_to_collision((dx, dy), (rate_x, rate_y), one, other)  # type: ignore[arg-type]
+    return found
+
+
+def own_closest(
+    dx: float, dy: float, rate_x: float, rate_y: float, *bodies: float
+) -> tuple[float, float]:
+    one, other = bodies[:3], bodies[3:]
+    return encounter.closest_encounter((dx, dy), (rate_x, rate_y), one, other)  # type: ignore[arg-type]
+
+
+def own_distance(*bodies: float) -> float:
+    return geometry.box_distance(bodies[:5], bodies[5:])  # type: ignore[arg-type]
+
+
 def second_planar(dx: float, dy: float, rate_x: float, rate_y: float, *bodies: float) -> float:
     one, other = boxes(dx, dy, *bodies)
     return plane.ttc(one, other, (rate_x, rate_y))
@@ -166,14 +184,14 @@ FORMS = {
         (between(0.0, 20.0, INF, 0.0), between(0.0, 5.0, 0.0), MAYBE),
     ),
     "planar_ttc": Form(
-        encounter.planar_time_to_collision, second_planar, (*MOTION, *BODY, *BODY)
+        own_planar, second_planar, (*MOTION, *BODY, *BODY)
     ),
     # Two polygons: places of corners are known to a rounding of the tens of metres that they are.
     "closest_encounter": Form(
-        encounter.closest_encounter, second_closest, (*MOTION, *BODY, *BODY), 1e-10
+        own_closest, second_closest, (*MOTION, *BODY, *BODY), 1e-10
     ),
     "distance": Form(
-        geometry.box_distance, second_distance, (PLACE, PLACE, *BODY, PLACE, PLACE, *BODY), 1e-12
+        own_distance, second_distance, (PLACE, PLACE, *BODY, PLACE, PLACE, *BODY), 1e-12
     ),
     "wttc": Form(
         encounter.worst_time_to_collision, second_worst,
@@ -191,7 +209,8 @@ FORMS = {
         criticality.rss_lateral_distance, rules.rss_lateral, BESIDE
     ),
     "rss_lateral_printed": Form(
-        criticality.rss_lateral_distance_printed, rules.rss_lateral_printed, BESIDE
+        partial(criticality.rss_lateral_distance, is_printed=True),
+        rules.rss_lateral_printed, BESIDE,
     ),
     "rss_ratio": Form(
         criticality.safe_distance_ratio, rules.ratio, (between(-5.0, 150.0, 0.0), ROOM)

@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from adeye.kernel import sight
-from adeye.kernel.boxes import boxes_overlap
+from adeye.kernel.boxes import Box, box_of, boxes_overlap
 
 Floats = NDArray[np.float64]
 
@@ -16,17 +16,17 @@ Floats = NDArray[np.float64]
 def test_ray_meets_a_box_where_it_first_touches_it_or_never() -> None:
     box = (20.0, 0.0, 0.0, 4.0, 2.0)
     beside = (0.0, 20.0, math.pi / 2, 4.0, 2.0)
-    rays: dict[str, tuple[tuple[float, ...], Any]] = {
-        "the near face": ((0.0, 0.0, 1.0, 0.0, *box), 18.0),
-        "of a turned box": ((0.0, 0.0, 0.0, 1.0, *beside), pytest.approx(18.0, rel=1e-15)),
-        "past it": ((0.0, 1.01, 1.0, 0.0, *box), math.inf),
-        "away from it": ((0.0, 0.0, -1.0, 0.0, *box), math.inf),
-        "from inside": ((19.0, 0.5, 0.6, 0.8, *box), 0.0),
-        "along an edge": ((0.0, 1.0, 1.0, 0.0, *box), 18.0),
+    rays: dict[str, tuple[Any, Any]] = {
+        "the near face": (((0.0, 0.0), (1.0, 0.0), box), 18.0),
+        "of a turned box": (((0.0, 0.0), (0.0, 1.0), beside), pytest.approx(18.0, rel=1e-15)),
+        "past it": (((0.0, 1.01), (1.0, 0.0), box), math.inf),
+        "away from it": (((0.0, 0.0), (-1.0, 0.0), box), math.inf),
+        "from inside": (((19.0, 0.5), (0.6, 0.8), box), 0.0),
+        "along an edge": (((0.0, 1.0), (1.0, 0.0), box), 18.0),
     }
     for why, (ray, expected) in rays.items():
         assert sight.ray_box_distance(*ray) == expected, why
-    assert math.isnan(sight.ray_box_distance(0.0, math.nan, 1.0, 0.0, *box))
+    assert math.isnan(sight.ray_box_distance((0.0, math.nan), (1.0, 0.0), box))
 
 
 POINT = (0.0, 0.0, 0.0)
@@ -36,11 +36,11 @@ POINT = (0.0, 0.0, 0.0)
 def test_ray_hit_lies_on_the_outline() -> None:
     for turn in np.linspace(-0.15, 0.15, 31):
         c, s = math.cos(turn), math.sin(turn)
-        way = sight.ray_box_distance(0.0, 0.0, c, s, 15.0, 0.0, 0.7, 4.5, 1.8)
+        way = sight.ray_box_distance((0.0, 0.0), (c, s), (15.0, 0.0, 0.7, 4.5, 1.8))
         if way < math.inf:
             box = (15.0, 0.0, 0.7, 4.5, 1.8)
-            assert boxes_overlap((way + 1e-9) * c, (way + 1e-9) * s, *POINT, *box)
-            assert not boxes_overlap((way - 1e-9) * c, (way - 1e-9) * s, *POINT, *box)
+            assert boxes_overlap(((way + 1e-9) * c, (way + 1e-9) * s, *POINT), box)
+            assert not boxes_overlap(((way - 1e-9) * c, (way - 1e-9) * s, *POINT), box)
 
 
 def nearest_and_bearings(
@@ -97,7 +97,7 @@ def drawn(count: int) -> tuple[Floats, Floats]:
 def test_corners_are_those_that_no_other_lies_beyond() -> None:
     boxes, sizes = drawn(500)
     for box, size in zip(boxes, sizes, strict=True):
-        if boxes_overlap(0.0, 0.0, *POINT, *box.tolist(), *size.tolist()[:2]):
+        if boxes_overlap((0.0, 0.0, *POINT), box_of(box, size)):
             continue
         look = np.zeros(sight.OUTLINE_WIDTH)
         sight.outline(0.0, 0.0, box, size, look)
@@ -137,7 +137,7 @@ def cast(sensor: tuple[float, float], target: int, objects: Floats, sizes: Float
     for turn in np.linspace(-math.pi, math.pi, 8001):
         c, s = math.cos(turn), math.sin(turn)
         ways = [
-            sight.ray_box_distance(*sensor, c, s, *place, *size)
+            sight.ray_box_distance(sensor, (c, s), box_of(place, size))
             for place, size in zip(objects, sizes, strict=True)
         ]
         if ways[target] < math.inf:
@@ -199,12 +199,12 @@ def test_unknown_place_has_no_visible_share() -> None:
 def random_scene(seed: int) -> tuple[Floats, Floats]:
     """Draw boxes all around the sensor that neither overlap nor hold it."""
     draw = np.random.default_rng(seed)
-    boxes: list[tuple[float, ...]] = []
+    boxes: list[Box] = []
     while len(boxes) < 6:
         x, y = draw.uniform(-18.0, 18.0, 2)
         box = (x, y, draw.uniform(-3.0, 3.0), draw.uniform(0.5, 12.0), draw.uniform(0.3, 2.5))
         sensor = (0.0, 0.0, 0.0, 0.0, 0.0)
-        if not any(boxes_overlap(*box, *other) for other in (sensor, *boxes)):
+        if not any(boxes_overlap(box, other) for other in (sensor, *boxes)):
             boxes.append(box)
     rows = np.array(boxes)
     return np.ascontiguousarray(rows[:, :3]), np.ascontiguousarray(rows[:, 3:])

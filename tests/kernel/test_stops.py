@@ -286,9 +286,8 @@ def lay(
         stops.fill_stop(speed, acceleration, wanted, jerk, 0.15, made[level])
     before = np.full(profiles.PATH_ROW, np.nan) if driven is None else driven
     place = (s, d, 0.0, 0.0)
-    stops.lay_refuge_stops(
-        record, ground, places, state, place, 0.0, SLOW, kept, before, made_paths, made
-    )
+    approach = stops.Approach(record, ground, state, place, 0.0, SLOW, before)
+    stops.lay_refuge_stops(approach, places, kept, made_paths, made)
     return Laid(made_paths, made)
 
 

@@ -501,8 +501,10 @@ def _recall(
     for part in recalled_parts(repository, [item.run for item in chosen]):
         for run in part:
             _require_same_code(plan, run.case.architecture.architecture, run.stored)
-            channels = run.case.architecture.channels.values()
-            has_processes = any(item.kind in HOSTED for item in channels)
+            architecture = run.case.architecture
+            has_processes = architecture.vehicle.plant is not None or any(
+                item.kind in HOSTED for item in architecture.channels.values()
+            )
             is_portable = run.work.backend == "batch" and not has_processes
             entry = entries[run.run.result_digest]
             found.append(Sampled(run.run, entry, run.case, run.stored, is_portable))

@@ -175,8 +175,8 @@ def _measure_row(  # noqa: C901, PLR0912, PLR0913, PLR0917 - a part of the kerne
                     continue
             else:
                 line, first, last = passing_line(
-                    dx, dy, rate_x, rate_y, (turns[0, 1], turns[0, 2]), length, width,
-                    (turns[thing + 1, 1], turns[thing + 1, 2]), o_length, o_width,
+                    (dx, dy), (rate_x, rate_y), (turns[0, 1], turns[0, 2]), (length, width),
+                    (turns[thing + 1, 1], turns[thing + 1, 2]), (o_length, o_width),
                 )  # fmt: skip
                 if line > _TOUCHING:
                     if last >= 0.0 and first <= ENCOUNTER_HORIZON:
@@ -191,16 +191,13 @@ def _measure_row(  # noqa: C901, PLR0912, PLR0913, PLR0917 - a part of the kerne
                     bound = 1.0000001 * (reach[thing] + values[PLANAR_TTC, run] * rate)
                     if square > bound * bound and values[DCE, run] <= 0.0:
                         continue
-        time, distance = closest_encounter(
-            dx, dy, rate_x, rate_y, heading, length, width, o_heading, o_length, o_width
-        )
+        own, other = (heading, length, width), (o_heading, o_length, o_width)
+        time, distance = closest_encounter((dx, dy), (rate_x, rate_y), own, other)
         if distance <= 0.0:
             _keep(PLANAR_TTC, time, thing, run, row, worst)
         if time > ENCOUNTER_HORIZON:
             time = 0.0
-            distance = box_distance(
-                x, y, heading, length, width, x + dx, y + dy, o_heading, o_length, o_width
-            )
+            distance = box_distance((x, y, *own), (x + dx, y + dy, *other))
         _keep(DCE, distance, thing, run, row, worst)
         if distance <= ENCOUNTER_DISTANCE:
             _keep(TTCE, time, thing, run, row, worst)

@@ -19,7 +19,7 @@ from adeye.judge.metrics.handling import default_channel
 from adeye.judge.metrics.registry import column_of, metric_entry, object_entry
 from adeye.judge.metrics.scans import ERROR, NOT_APPLICABLE, VALUE, as_flags
 from adeye.judge.outcome import last_rows
-from adeye.kernel.boxes import box_distance
+from adeye.kernel.boxes import box_distance, box_of
 from adeye.kernel.encounter import reachable_distance
 from adeye.kernel.jit import allocating, inlined
 from adeye.kernel.relation import tick_times
@@ -199,10 +199,7 @@ def last_found(  # noqa: C901 - a kernel over the whole scene
                     other[OBJECT_ACCELERATION], where[PLACE_S], where[PLACE_D],
                     where[PLACE_HEADING], size[0], size[1],
                 ):  # fmt: skip
-                    distance = box_distance(
-                        own[EGO_X], own[EGO_Y], own[EGO_HEADING], own_size[0], own_size[1],
-                        other[OBJECT_X], other[OBJECT_Y], other[OBJECT_HEADING], size[0], size[1],
-                    )  # fmt: skip
+                    distance = box_distance(box_of(own, own_size), box_of(other, size))
             if first > rows[run] or (first == rows[run] and distance < distances[run]):
                 rows[run], distances[run], found[run] = first, distance, thing
     return rows, distances, found, is_error

@@ -135,11 +135,10 @@ def _is_at_fault(series: TraceSeries, run: int, row: int, other: int) -> float:
         ego[columns.EGO_X] + half * math.cos(heading),
         ego[columns.EGO_Y] + half * math.sin(heading),
     )
-    other_box = (state[columns.OBJECT_X], state[columns.OBJECT_Y], state[columns.OBJECT_HEADING])
-    size = context.object_sizes[run, other, :2]
+    other_box = (*state[:3], *context.object_sizes[run, other, :2])
     # Where the step ends beyond the contact, the bodies may have parted again.
     is_ahead = along >= half and abs(across) <= 0.5 * width
-    if is_ahead or boxes_overlap(*bumper, heading, 0.0, width, *other_box, *size):
+    if is_ahead or boxes_overlap((*bumper, heading, 0.0, width), other_box):
         return 1.0
     return float(not _is_within_lane(series, run, row, 0.5 * width, half))
 

@@ -601,70 +601,6 @@ def _is_past(
 
 
 @compiled
-def drive_scene(
-    scene: Floats,
-    kind: int,
-    model: int,
-    parameters: Floats,
-    step: float,
-    integrator: int,
-    ttc_end: float,
-    scratch: Floats,
-    result: Floats,
-    moves_first: bool = False,  # noqa: FBT001, FBT002 - compiled
-) -> None:
-    """Let a reference driver drive one scene.
-
-    Args:
-        scene: Shape (SCENE_SIZE,).
-        kind: CUT_IN, CUT_OUT or BRAKING_LEAD.
-        model: CC, FSM, RSS or REG157.
-        parameters: Of that model.
-        step: Length of a tick [s].
-        integrator: EXACT or SEMI_IMPLICIT.
-        ttc_end: TTC above which a cut-in ends without contact at lateral overlap [s], as in the
-            published code; infinity: never.
-        scratch: Shape (SCRATCH_SIZE,).
-        result: Shape (RESULT_SIZE,); filled in.
-        moves_first: Whether the vehicles move a step before the driver looks at them, as in the
-            published code where the sideways speed does not grow.
-    """
-    view = scratch[: columns.VIEW_SIZE]
-    state = scratch[columns.VIEW_SIZE : columns.VIEW_SIZE + columns.STATE_SIZE]
-    motion = scratch[columns.VIEW_SIZE + columns.STATE_SIZE :]
-    state[:] = 0.0
-    own_gap = following_distance(model, parameters, scene[columns.S_EGO_SPEED])
-    motion[GROWTH] = _growth(scene, kind, step, integrator)
-    _begin(scene, kind, own_gap, motion, result)
-    first = 0
-    if moves_first and not (
-        kind == columns.CUT_IN and 0.0 < scene[columns.S_LATERAL_ACCELERATION] < math.inf
-    ):
-        first = 1
-        _move(motion, 0.0, 0.0, step, integrator)
-    for tick in range(int(LONGEST / step) + 1):
-        time = (tick + first) * step
-        _shift(scene, kind, time, step, integrator, motion)
-        _look(scene, kind, step, motion, view)
-        if _touches(scene, motion, view, result):
-            return
-        limit = reference_limit(model, view, parameters, state, step)
-        if math.isnan(limit):
-            return
-        if _is_past(scene, kind, view, parameters, state, ttc_end):
-            result[columns.R_CONTACT] = 0.0
-            return
-        if limit < 0.0 and math.isnan(result[columns.R_BRAKING_TIME]):
-            result[columns.R_BRAKING_TIME] = time
-        braking = 0.0
-        if kind == columns.BRAKING_LEAD:
-            braking = min(
-                scene[columns.S_BRAKING_JERK] * (tick + 0.5) * step, scene[columns.S_BRAKING]
-            )
-        _move(motion, min(limit, 0.0), braking, step, integrator)
-
-
-@compiled
 def drive_scenes(
     scenes: Floats,
     kind: int,
@@ -677,30 +613,54 @@ def drive_scenes(
     results: Floats,
     moves_first: bool = False,  # noqa: FBT001, FBT002 - compiled
 ) -> None:
-    """Let a reference driver drive many scenes; see ``drive_scene``.
+    """Let a reference driver drive many scenes.
 
     Args:
         scenes: Shape (N, SCENE_SIZE).
-        kind: Of all of them.
+        kind: CUT_IN, CUT_OUT or BRAKING_LEAD, of all of them.
         model: CC, FSM, RSS or REG157.
         parameters: Of that model.
         step: Length of a tick [s].
         integrator: EXACT or SEMI_IMPLICIT.
-        ttc_end: TTC that ends a cut-in [s]; infinity: none.
+        ttc_end: TTC above which a cut-in ends without contact at lateral overlap [s], as in the
+            published code; infinity: never.
         scratch: Shape (SCRATCH_SIZE,).
         results: Shape (N, RESULT_SIZE); filled in.
-        moves_first: See there.
+        moves_first: Whether the vehicles move a step before the driver looks at them, as in the
+            published code where the sideways speed does not grow.
     """
+    view = scratch[: columns.VIEW_SIZE]
+    state = scratch[columns.VIEW_SIZE : columns.VIEW_SIZE + columns.STATE_SIZE]
+    motion = scratch[columns.VIEW_SIZE + columns.STATE_SIZE :]
     for k in range(scenes.shape[0]):
-        drive_scene(
-            scenes[k],
-            kind,
-            model,
-            parameters,
-            step,
-            integrator,
-            ttc_end,
-            scratch,
-            results[k],
-            moves_first,
-        )
+        scene, result = scenes[k], results[k]
+        state[:] = 0.0
+        own_gap = following_distance(model, parameters, scene[columns.S_EGO_SPEED])
+        motion[GROWTH] = _growth(scene, kind, step, integrator)
+        _begin(scene, kind, own_gap, motion, result)
+        first = 0
+        if moves_first and not (
+            kind == columns.CUT_IN and 0.0 < scene[columns.S_LATERAL_ACCELERATION] < math.inf
+        ):
+            first = 1
+            _move(motion, 0.0, 0.0, step, integrator)
+        for tick in range(int(LONGEST / step) + 1):
+            time = (tick + first) * step
+            _shift(scene, kind, time, step, integrator, motion)
+            _look(scene, kind, step, motion, view)
+            if _touches(scene, motion, view, result):
+                break
+            limit = reference_limit(model, view, parameters, state, step)
+            if math.isnan(limit):
+                break
+            if _is_past(scene, kind, view, parameters, state, ttc_end):
+                result[columns.R_CONTACT] = 0.0
+                break
+            if limit < 0.0 and math.isnan(result[columns.R_BRAKING_TIME]):
+                result[columns.R_BRAKING_TIME] = time
+            braking = 0.0
+            if kind == columns.BRAKING_LEAD:
+                braking = min(
+                    scene[columns.S_BRAKING_JERK] * (tick + 0.5) * step, scene[columns.S_BRAKING]
+                )
+            _move(motion, min(limit, 0.0), braking, step, integrator)

@@ -87,11 +87,6 @@ class OddCoverage(Part):
         if not len(self.uncovered_pairs) <= missing <= self.pairs:
             yield f"coverage: {len(self.uncovered_pairs)} uncovered pairs are listed of {missing}"
 
-    @property
-    def missing_pairs(self) -> int:
-        """Feasible pairs that no test case has."""
-        return self.feasible_pairs - self.covered_pairs
-
 
 class StepLine(Part):
     """What halving the step changes in one number of a scenario and architecture."""

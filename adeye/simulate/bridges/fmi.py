@@ -11,12 +11,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from adeye.errors import InputError, SpecError, suggest
-from adeye.spec.channels import SIGNALS
-from adeye.units import UNITS, Dimension, shown
+from adeye.units import UNITS, shown
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
     from pathlib import Path
+
+    from adeye.units import Dimension
 
 LARGEST: Final = 2**30
 """Most bytes that the files of an FMU may have when they are extracted."""
@@ -24,9 +25,12 @@ MOST_FILES: Final = 10_000
 LARGEST_DESCRIPTION: Final = 2**25
 """Most bytes of its ``modelDescription.xml``."""
 DESCRIPTION: Final = "modelDescription.xml"
-NUMBERS: Final = frozenset({"Real", "Float64", "Float32", "Integer", "Boolean", "Enumeration"}) | {
-    f"{sign}Int{bits}" for sign in ("", "U") for bits in (8, 16, 32, 64)
-}
+FLOATS: Final = frozenset({"Real", "Float64", "Float32"})
+NUMBERS: Final = (
+    FLOATS
+    | {"Integer", "Boolean", "Enumeration"}
+    | {f"{sign}Int{bits}" for sign in ("", "U") for bits in (8, 16, 32, 64)}
+)
 """Types of variables that take and give numbers."""
 
 
@@ -217,34 +221,36 @@ def wire(
         SpecError: There is no such variable, it is no number or something else than that, or its
             unit measures something else.
     """
-    return [
-        Wire(signal, name, *_scale(description, _variable(description, name, causality), dimension))
-        for signal, name, dimension in wanted
-    ]
+    wires = []
+    for signal, name, dimension in wanted:
+        variable = variable_of(description, name, causality)
+        if variable.kind not in NUMBERS:
+            raise SpecError(
+                f"variable {shown(name)} of the FMU is {variable.kind}, no number",
+                remedy="Name a variable that is one.",
+            )
+        wires.append(Wire(signal, name, *_scale(description, variable, dimension)))
+    return wires
 
 
-def wire_inputs(description: Description, inputs: Mapping[str, str]) -> list[Wire]:
-    """Connect input variables with the signals that they get, see ``wire``."""
-    wanted = [(signal, name, SIGNALS[signal]) for name, signal in sorted(inputs.items())]
-    return wire(description, wanted, "input")
+def variable_of(description: Description, name: str, causality: str) -> Variable:
+    """Return a variable of one value that is an ``input`` or an ``output``.
 
-
-def _variable(description: Description, name: str, causality: str) -> Variable:
+    Raises:
+        SpecError: There is none of that name, it is something else, or an array.
+    """
     variable = description.variables.get(name)
+    known = [n for n, item in description.variables.items() if item.causality == causality]
     if variable is None:
-        known = [item.name for item in description.variables.values()]
         raise SpecError(f"the FMU has no variable {shown(name)}", remedy=suggest(name, known))
     if variable.causality != causality:
-        known = [n for n, item in description.variables.items() if item.causality == causality]
         raise SpecError(
             f"variable {shown(name)} of the FMU is no {causality} but {variable.causality}",
             remedy=f"Its {causality}s are {', '.join(known[:20]) or 'none'}.",
         )
-    if variable.kind not in NUMBERS or not variable.is_scalar:
+    if not variable.is_scalar:
         raise SpecError(
-            f"variable {shown(name)} of the FMU is "
-            f"{variable.kind if variable.is_scalar else 'an array'}, no number",
-            remedy="Name a variable that is one number.",
+            f"variable {shown(name)} of the FMU is an array", remedy="Name one of a single value."
         )
     return variable
 

@@ -1,10 +1,11 @@
 """Drives one FMU for one run: a program of its own, asked by lines of JSON.
 
-It is told ``{"hello", "file", "folder", "start", "inputs", "outputs", "time", "sub_steps"}`` first
-and ``{"tick", "set", "before", "step", "time"}`` at each tick; it answers with
-``{"hello": "adeye/fmu@1"}`` and ``{"tick", "values"}``. Inputs are set before or after the step,
-which begins at ``time`` and may have no length; then the outputs are read. Whatever the FMU does to
-its process ends this one only, whose end is told as that of any program.
+It is told ``{"hello", "file", "start", "inputs", "outputs", "sub_steps"}`` first and
+``{"tick", "set", "before", "step", "time"}`` at each tick; it answers with
+``{"hello": "adeye/fmu@1"}`` and ``{"tick", "values"}``. The FMU is initialised with the first
+inputs. Later ones are set before or after the step, which begins at ``time`` and may have no
+length; then the outputs are read. Whatever the FMU does to its process ends this one only, whose
+end is told as that of any program.
 """
 
 from __future__ import annotations
@@ -135,12 +136,16 @@ def open_fmu(file: str, folder: str) -> Instance:
 def drive(hello: dict[str, Any], lines: Any, answer: Any) -> None:
     """Answer one line after the other until there are no more."""
     instance = open_fmu(hello["file"], str(Path("fmu").resolve()))
-    instance.begin(hello["start"], hello["time"])
     answer({"hello": GREETING})
     inputs, outputs, parts = hello["inputs"], hello["outputs"], hello["sub_steps"]
+    has_begun = False
     for line in lines:
         asked = json.loads(line)
-        if asked["before"]:
+        if not has_begun:
+            first = dict(zip(inputs, asked["set"], strict=True))
+            instance.begin({**hello["start"], **first}, asked["time"])
+            has_begun = True
+        elif asked["before"]:
             instance.set(inputs, asked["set"])
         for part in range(parts if asked["step"] else 0):
             size = asked["step"] / parts

@@ -126,18 +126,11 @@ def draw(
     view, forms = image.pinhole, image.forms
     columns, rows = image.owner.shape
     s, c = sin_cos(ego[EGO_HEADING])
-    raster.aim(
-        ego[EGO_X] + c * parameters["x"] - s * parameters["y"],
-        ego[EGO_Y] + s * parameters["x"] + c * parameters["y"],
-        parameters["z"],
-        ego[EGO_HEADING] + parameters["yaw"],
-        parameters["pitch_sine"],
-        parameters["pitch_cosine"],
-        parameters["focal"],
-        columns,
-        rows,
-        view,
-    )
+    x = ego[EGO_X] + c * parameters["x"] - s * parameters["y"]
+    y = ego[EGO_Y] + s * parameters["x"] + c * parameters["y"]
+    place, heading = (x, y, parameters["z"]), ego[EGO_HEADING] + parameters["yaw"]
+    pitch = parameters["pitch_sine"], parameters["pitch_cosine"]
+    raster.aim(place, heading, pitch, parameters["focal"], (columns, rows), view)
     sun_column, sun_row = _find_sun(parameters, view, image.sun)
     first, stop = columns, 0
     for thing in range(objects.shape[0]):

@@ -10,6 +10,7 @@ import numpy as np
 from adeye import signals
 from adeye.delivery import no_measurement, sample_at
 from adeye.fields import fields_of
+from adeye.kernel.boxes import Vector, box_of
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.random import normal
@@ -241,7 +242,7 @@ def _echo(
     if 0.0 < least < math.inf:
         to_x = ((near_u - u) * c - (near_v - v) * s) / least
         to_y = ((near_u - u) * s + (near_v - v) * c) / least
-        if _is_hidden(thing, x, y, to_x, to_y, least, objects, sizes):
+        if _is_hidden(thing, (x, y), (to_x, to_y), least, objects, sizes):
             least = math.inf
     return least, near_u, near_v
 
@@ -255,26 +256,19 @@ def _is_in_cone(sensor: Any, forward: float, sideways: float, to_u: float, to_v:
 
 
 @inlined
-def _is_hidden(  # noqa: PLR0913, PLR0917 - a kernel
-    thing: int,
-    x: float,
-    y: float,
-    to_x: float,
-    to_y: float,
-    way: float,
-    objects: Floats,
-    sizes: Floats,
+def _is_hidden(
+    thing: int, place: Vector, to: Vector, way: float, objects: Floats, sizes: Floats
 ) -> bool:
     """Tell whether another box stands in a way, or is no number."""
     for other in range(objects.shape[0]):
         if other == thing:
             continue
         box, size = objects[other], sizes[other]
-        dx, dy = box[0] - x, box[1] - y
+        dx, dy = box[0] - place[0], box[1] - place[1]
         half = 0.5 * (size[0] + size[1])
         if dx * dx + dy * dy > (way + half) * (way + half):
             continue
-        free = ray_box_distance(x, y, to_x, to_y, box[0], box[1], box[2], size[0], size[1])
+        free = ray_box_distance(place, to, box_of(box, size))
         if not free >= way - _TOUCH:
             return True
     return False

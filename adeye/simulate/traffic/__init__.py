@@ -13,6 +13,8 @@ from adeye.errors import UsageError, require_known, suggest
 from adeye.ports import TrafficBackend
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from adeye.simulate.traffic.stage import Ending
 
 __all__ = ["BACKENDS", "VARIANTS", "Traffic", "make_traffic", "variant_of"]
@@ -33,6 +35,11 @@ number of their version, which is raised whenever their bits change on purpose."
 
 class Traffic(TrafficBackend, Protocol):
     """A traffic implementation, and how far its runs have come."""
+
+    base_dir: Path
+
+    def close(self) -> None:
+        """End what moves vehicles outside of this process."""
 
     @property
     def ending(self) -> Ending:

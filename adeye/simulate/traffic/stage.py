@@ -6,6 +6,7 @@ Contact between bodies is swept over each tick, so that nothing passes through.
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -34,6 +35,7 @@ from adeye.kernel.storyboard import (
     move_actors,
 )
 from adeye.signals import Bools, Floats, Ints, Scene, SceneContext
+from adeye.simulate.traffic.plant import Plants
 from adeye.spec.clock import ticks
 
 if TYPE_CHECKING:
@@ -297,13 +299,15 @@ def _velocity(start: Floats, end: Floats, share: float) -> tuple[float, float]:
 class Ego:
     """The vehicles of a batch; the centre of each box lies half-way between the axles."""
 
-    def __init__(self, cases: Sequence[Situation], context: SceneContext) -> None:
-        """Take the limits of each run's vehicle and the friction of its road."""
+    def __init__(self, cases: Sequence[Situation], context: SceneContext, base_dir: Path) -> None:
+        """Take the limits of each run's vehicle, its FMU if it has one, and the friction."""
         self._step = context.step
         vehicles = [case.architecture.vehicle for case in cases]
         step = context.step
         self._friction = context.surroundings.friction
         self._grades = context.road.grades
+        driven = {run: item.plant for run, item in enumerate(vehicles) if item.plant is not None}
+        self._plants = Plants(driven, base_dir, step) if driven else None
         self._limits = np.array(
             [
                 [
@@ -349,7 +353,15 @@ class Ego:
         if self._grades.shape[1]:
             command = command.copy()
             pull_egos(running, limits, self._grades, s, command)
+        before = None if self._plants is None else states.copy()
         move_egos(running, command, limits, self._step, states)
+        if self._plants is not None and before is not None:
+            self._plants.move(running, command, limits[:, FRICTION], before, states)
+
+    def close(self) -> None:
+        """End what moves vehicles outside of this process."""
+        if self._plants is not None:
+            self._plants.close()
 
 
 @compiled
@@ -574,7 +586,7 @@ class Stage:
         ending: Which runs have ended.
     """
 
-    def __init__(self, world: World, cases: Sequence[Situation]) -> None:
+    def __init__(self, world: World, cases: Sequence[Situation], base_dir: Path) -> None:
         """Set everything to its start, and begin the events whose condition holds at once."""
         context = world.context
         self.world = world
@@ -600,7 +612,7 @@ class Stage:
             begun=np.full(shape, np.nan),
             ended=np.zeros(shape, dtype=np.bool_),
         )
-        self._motion = Ego(cases, context)
+        self._motion = Ego(cases, context, base_dir)
         self._contacts = Contacts(context)
         self._everyone: Bools = np.ones(self.runs, dtype=np.bool_)
         self._contacts.update(self._everyone, self.ego, self.objects, self.ego, self.objects)
@@ -638,6 +650,10 @@ class Stage:
         take_reacted(running, world.scripted, reacted, self.objects)
         self._contacts.update(running, ego, objects, self.ego, self.objects)
         self._settle(running)
+
+    def close(self) -> None:
+        """End what moves vehicles outside of this process."""
+        self._motion.close()
 
     def scene(self) -> Scene:
         """Show what is true at the present tick; later ticks leave it as it is."""
@@ -711,6 +727,13 @@ class Staged:
     def __init__(self) -> None:
         """Begin without a stage; ``reset`` of the traffic sets it up."""
         self._stage: Stage | None = None
+        self.base_dir = Path()
+        """Folder of the architecture's file, where the FMUs of vehicles are."""
+
+    def close(self) -> None:
+        """End what moves vehicles outside of this process."""
+        if self._stage is not None:
+            self._stage.close()
 
     @property
     def ending(self) -> Ending:

@@ -70,11 +70,6 @@ CONTRAST: Final[dict[str, float]] = {
 vehicles with shadow, windows and lamps stand out, clothing of people less."""
 
 
-def class_index(kind: str) -> int:
-    """Return the number of an actor's or object's kind in ``signals.OBJECT_CLASSES``."""
-    return OBJECT_CLASSES.index(kind)
-
-
 def class_indices(kinds: tuple[str, ...]) -> Ints:
-    """Return the numbers (M,) of several kinds."""
-    return np.array([class_index(kind) for kind in kinds], dtype=np.int64)
+    """Return the numbers (M,) of kinds of actors and objects in ``signals.OBJECT_CLASSES``."""
+    return np.array([OBJECT_CLASSES.index(kind) for kind in kinds], dtype=np.int64)

@@ -10,7 +10,7 @@ import numpy as np
 from adeye import signals
 from adeye.errors import SpecError
 from adeye.kernel import storyboard
-from adeye.kernel.boxes import box_distance
+from adeye.kernel.boxes import box_distance, box_of
 from adeye.kernel.elementary import cos, sin_cos
 from adeye.kernel.jit import compiled
 from adeye.kernel.postfix import PUSH_VARIABLE, Programs
@@ -508,15 +508,5 @@ def fill_motion(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
                 carried = lane_share(places[run, thing], ego_place[run, signals.PLACE_D])
                 row[4] = road_ttc(row[3], along, carried * speed * cos(turned))
             if wanted[first + 5]:
-                row[5] = box_distance(
-                    ego[run, signals.EGO_X],
-                    ego[run, signals.EGO_Y],
-                    ego[run, signals.EGO_HEADING],
-                    ego_size[run, 0],
-                    ego_size[run, 1],
-                    objects[run, thing, signals.OBJECT_X],
-                    objects[run, thing, signals.OBJECT_Y],
-                    heading,
-                    sizes[run, thing, 0],
-                    sizes[run, thing, 1],
-                )
+                own = box_of(ego[run], ego_size[run])
+                row[5] = box_distance(own, box_of(objects[run, thing], sizes[run, thing]))

@@ -27,7 +27,7 @@ from adeye.judge.outcome import OUTCOMES
 from adeye.judge.verdict import Verdict
 from adeye.signals import Ints
 from adeye.store import tables
-from adeye.store.accounts import Done, account_block, save_done
+from adeye.store.accounts import Done, done_cases, save_done
 from adeye.store.block import NUMBERS, BasisBlock, JudgedBlock, RunBlock
 from adeye.store.cases import JUDGED
 from adeye.store.catalogue import rows_among, rows_of_runs
@@ -241,7 +241,7 @@ def tally_rows(connection: Connection, work_id: int) -> list[Row]:
 def write_tallies(connection: Connection, work_id: int) -> None:
     """Save the tallies of a block that is done, but those that are there, and account for it."""
     add_tallies(connection, work_id)
-    account_block(connection, work_id)
+    save_done(connection, work_id, done_cases(connection, work_id))
 
 
 def add_tallies(

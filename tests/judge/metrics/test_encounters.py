@@ -28,18 +28,19 @@ def expected(made: Any) -> list[float]:
         for index in range(len(made.objects)):
             ox, oy, o_heading, o_speed = made.columns["objects"][0, row, index, :4]
             length, width = made.sizes[0, index, :2]
-            motion = (
-                ox - x, oy - y, o_speed * math.cos(o_heading) - speed * math.cos(heading),
+            place = (ox - x, oy - y)
+            rate = (
+                o_speed * math.cos(o_heading) - speed * math.cos(heading),
                 o_speed * math.sin(o_heading) - speed * math.sin(heading),
-            )  # fmt: skip
-            bodies = (heading, 4.0, 2.0, o_heading, length, width)
+            )
+            own, other = (heading, 4.0, 2.0), (o_heading, length, width)
             reach = reach_of(4.0, 2.0) + reach_of(length, width)
-            time, distance = closest_encounter(*motion, *bodies)
+            time, distance = closest_encounter(place, rate, own, other)
             if time > ENCOUNTER_HORIZON:
                 time = 0.0
-                distance = box_distance(x, y, heading, 4.0, 2.0, ox, oy, o_heading, length, width)
-            best[0] = min(best[0], planar_time_to_collision(*motion, *bodies))
-            best[1] = min(best[1], worst_time_to_collision(*motion, reach, 2.0 * GRAVITY))
+                distance = box_distance((x, y, *own), (ox, oy, *other))
+            best[0] = min(best[0], planar_time_to_collision(place, rate, own, other))
+            best[1] = min(best[1], worst_time_to_collision(*place, *rate, reach, 2.0 * GRAVITY))
             best[2] = min(best[2], distance)
             if distance <= ENCOUNTER_DISTANCE:
                 best[3] = min(best[3], time)

@@ -48,16 +48,8 @@ def touching(rails: Rails, ticks: int, step: float) -> int:
                 a, b = vehicles[one], vehicles[other]
                 if abs(a[n.S] - b[n.S]) < 30.0:
                     found += boxes_overlap(
-                        a[n.X],
-                        a[n.Y],
-                        a[n.HEADING],
-                        a[n.LENGTH],
-                        2.0 * a[k.HALF_ACROSS],
-                        b[n.X],
-                        b[n.Y],
-                        b[n.HEADING],
-                        b[n.LENGTH],
-                        2.0 * b[k.HALF_ACROSS],
+                        (a[n.X], a[n.Y], a[n.HEADING], a[n.LENGTH], 2.0 * a[k.HALF_ACROSS]),
+                        (b[n.X], b[n.Y], b[n.HEADING], b[n.LENGTH], 2.0 * b[k.HALF_ACROSS]),
                     )
     return found
 

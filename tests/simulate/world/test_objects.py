@@ -33,7 +33,7 @@ def test_every_kind_has_a_reflectivity_between_nothing_and_everything() -> None:
 def test_every_kind_of_actor_and_object_and_no_other_has_a_class() -> None:
     kinds = (*get_args(ActorKind), *get_args(ObjectKind))
     assert [OBJECT_CLASSES[number] for number in objects.class_indices(kinds)] == list(kinds)
-    refused(ValueError, objects.class_index, "hovercraft", says="not in tuple")
+    refused(ValueError, objects.class_indices, ("hovercraft",), says="not in tuple")
 
 
 # --- Formulas over a batch: columns in the order of the cases, errors that name the field ---------

@@ -211,19 +211,12 @@ def plan_stop(task: StopTask, places: int, wait: float, kept: int, any_will_do: 
                 speeds[level],
             )
         if stop == stops.REFUGE * stops.STOP_LEVELS:
-            stops.lay_refuge_stops(
-                record,
-                task.ground,
-                places,
-                (pose[POSE_S], pose[POSE_D], speed, pose[POSE_ACCELERATION]),
-                (s, d, slope, bend),
-                wait,
-                task.center,
-                kept % stops.STOP_LEVELS if kept // stops.STOP_LEVELS == stops.REFUGE else NO_STOP,
-                driven,
-                paths,
-                speeds,
-            )
+            here = pose[POSE_S], pose[POSE_D], speed, pose[POSE_ACCELERATION]
+            start = s, d, slope, bend
+            approach = stops.Approach(record, task.ground, here, start, wait, task.center, driven)
+            is_kept = kept // stops.STOP_LEVELS == stops.REFUGE
+            held = kept % stops.STOP_LEVELS if is_kept else NO_STOP
+            stops.lay_refuge_stops(approach, places, held, paths, speeds)
         _judge(task, row, paths[stops.path_of(stop)], speeds[stops.profile_of(stop)], found[stop])
         if any_will_do and found[stop, FOUND_FEASIBLE] > 0.0:
             return stop

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from adeye.errors import PlatformError
-from adeye.simulate.channels.process.channel import LONGEST_LINE, Broken, Ceilings, Children
+from adeye.simulate.bridges.programs import LONGEST_LINE, Broken, Ceilings, Children
 from tests.refusals import refused
 
 CEILINGS = Ceilings(cpu_s=20, memory=2**30, file_size=2**20, open_files=32, processes=4)
@@ -36,9 +36,7 @@ def test_each_answers_its_own_line(children: Children) -> None:
         start(children, number, ECHO)
     lines = {number: f"line {number}\n".encode() for number in range(4)}
     answers = children.ask(lines, dict.fromkeys(range(4), 20.0))
-    assert {number: answer for number, (answer, _) in answers.items()} == {
-        number: f"line {number}".encode() for number in range(4)
-    }
+    assert answers == {number: f"line {number}".encode() for number in range(4)}
 
 
 @pytest.mark.slow
@@ -48,32 +46,42 @@ def test_all_are_waited_for_at_the_same_time(children: Children) -> None:
     begin = time.perf_counter()
     answers = children.ask(dict.fromkeys(range(3), b"\n"), dict.fromkeys(range(3), 0.4))
     assert 0.4 <= time.perf_counter() - begin < 1.0
-    for answer, passed in answers.values():
-        assert answer == Broken(
-            "channel_timeout", "no answer until its deadline", is_machine_dependent=True
-        )
-        assert passed >= 0.4
+    late = Broken("timeout", "no answer until its deadline", is_machine_dependent=True)
+    assert answers == dict.fromkeys(range(3), late)
+
+
+@pytest.mark.slow
+def test_patience_of_a_run_is_used_up_by_all_its_answers(children: Children) -> None:
+    slow = "import sys, time\nfor line in sys.stdin: time.sleep(0.4); print(flush=True)"
+    python = os.path.realpath(sys.executable)
+    children.start(0, [python, "-I", "-S", "-c", slow], CEILINGS, 1.0)
+    answers = [children.ask({0: b"\n"}, {0: 20.0})[0] for _ in range(2)]
+    assert answers == [b"", b""]
+    began = time.perf_counter()
+    last = [children.ask({0: b"\n"}, {0: 20.0})[0] for _ in range(2)][-1]
+    assert isinstance(last, Broken)
+    assert time.perf_counter() - began < 1.0
 
 
 def test_long_lines_go_through_a_pipe_that_is_full(children: Children) -> None:
     start(children, 0, "import sys\nfor line in sys.stdin: print(len(line), flush=True)")
     answers = children.ask({0: b"x" * 1_000_000 + b"\n"}, {0: 20.0})
-    assert answers[0][0] == b"1000001"
+    assert answers[0] == b"1000001"
 
 
 def test_longest_line_is_taken_and_a_longer_one_is_not(children: Children) -> None:
     start(children, 0, f"import time\nprint('x' * {LONGEST_LINE}, flush=True)\ntime.sleep(60)")
     start(children, 1, f"import time\nprint('x' * {LONGEST_LINE + 1}, flush=True)\ntime.sleep(60)")
     answers = children.ask({0: b"\n", 1: b"\n"}, {0: 20.0, 1: 20.0})
-    assert answers[0][0] == b"x" * LONGEST_LINE
-    assert answers[1][0] == Broken("channel_invalid_output", "a line of more than 65536 bytes")
+    assert answers[0] == b"x" * LONGEST_LINE
+    assert answers[1] == Broken("invalid_output", "a line of more than 65536 bytes")
 
 
 def test_last_words_before_the_end_count(children: Children) -> None:
     start(children, 0, "print('bye')")
-    assert children.ask({0: b"\n"}, {0: 20.0})[0][0] == b"bye"
-    answer, _ = children.ask({0: b"\n"}, {0: 20.0})[0]
-    assert answer == Broken("channel_error", "ended with code 0 without an answer")
+    assert children.ask({0: b"\n"}, {0: 20.0})[0] == b"bye"
+    answer = children.ask({0: b"\n"}, {0: 20.0})[0]
+    assert answer == Broken("error", "ended with code 0 without an answer")
 
 
 def test_program_that_cannot_be_executed_says_why(children: Children, tmp_path: Path) -> None:
@@ -81,7 +89,7 @@ def test_program_that_cannot_be_executed_says_why(children: Children, tmp_path: 
     path.write_bytes(b"\x7fELF nothing")
     path.chmod(0o755)
     children.start(0, [str(path)], CEILINGS)
-    answer, _ = children.ask({0: b"\n"}, {0: 20.0})[0]
+    answer = children.ask({0: b"\n"}, {0: 20.0})[0]
     assert isinstance(answer, Broken)
     assert "code 127" in answer.detail
     assert "Exec format error" in answer.detail
@@ -89,7 +97,7 @@ def test_program_that_cannot_be_executed_says_why(children: Children, tmp_path: 
 
 def test_ended_program_is_gone(children: Children) -> None:
     start(children, 0, "import os\nprint(os.getpid(), flush=True)\nimport time\ntime.sleep(3600)")
-    answer, _ = children.ask({0: b"\n"}, {0: 20.0})[0]
+    answer = children.ask({0: b"\n"}, {0: 20.0})[0]
     assert isinstance(answer, bytes)
     children.end(0)
     children.end(0)
@@ -100,7 +108,7 @@ def test_forgotten_children_end_too() -> None:
     before = len(list(Path("/proc/self/fd").iterdir()))
     children = Children()
     start(children, 0, "import os\nprint(os.getpid(), flush=True)\nimport time\ntime.sleep(3600)")
-    answer, _ = children.ask({0: b"\n"}, {0: 20.0})[0]
+    answer = children.ask({0: b"\n"}, {0: 20.0})[0]
     assert isinstance(answer, bytes)
     del children
     assert is_gone(int(answer))
@@ -109,7 +117,7 @@ def test_forgotten_children_end_too() -> None:
 
 def test_dead_warden_is_no_failure_of_the_channel(children: Children) -> None:
     start(children, 0, "import os\nprint(os.getppid(), flush=True)\nimport time\ntime.sleep(3600)")
-    warden, _ = children.ask({0: b"\n"}, {0: 20.0})[0]
+    warden = children.ask({0: b"\n"}, {0: 20.0})[0]
     assert isinstance(warden, bytes)
     os.kill(int(warden), signal.SIGKILL)
     refused(PlatformError, children.ask, {0: b"\n"}, {0: 20.0}, says="watches over the programs")
@@ -124,7 +132,7 @@ def test_system_without_room_for_programs_is_named(monkeypatch: pytest.MonkeyPat
 
 
 def test_other_systems_are_told_need(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("adeye.simulate.channels.process.channel.os.name", "nt")
+    monkeypatch.setattr("adeye.simulate.bridges.programs.os.name", "nt")
     refused(PlatformError, Children, says="POSIX")
 
 

@@ -14,16 +14,18 @@ from typing import Any
 
 import pytest
 
-from adeye.simulate.channels.process import warden as subject
+from adeye.simulate.bridges import warden as subject
 
 LIMITS = {"cpu_s": 20, "memory": 2**30, "file_size": 2**20, "open_files": 32, "processes": 4}
+# Who has it says its number: from where that one ends the daemon may be killed at any time.
 DAEMON = """
 import os, time
 if os.fork() == 0:
     os.setsid()
-    if os.fork() == 0:
-        os.write(1, b"%d\\n" % os.getpid())
+    daemon = os.fork()
+    if daemon == 0:
         time.sleep(3600)
+    os.write(1, b"%d\\n" % daemon)
     os._exit(0)
 time.sleep(3600)
 """

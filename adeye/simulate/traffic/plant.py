@@ -1,0 +1,151 @@
+"""Vehicles that an FMU moves: a command goes in, the state of the ego comes out."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final, NoReturn
+
+from adeye.errors import PluginError
+from adeye.kernel.boxes import wrap_to_pi
+from adeye.signals import EGO_COLUMNS, EGO_HEADING, EGO_SPEED
+from adeye.simulate.bridges.fmus import Fmus, Step, Wired, wire_fmu
+from adeye.simulate.bridges.programs import Broken
+from adeye.units import Dimension, shown
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+    from adeye.signals import Bools, Floats
+    from adeye.spec.program import Plant
+
+INPUTS: Final = {
+    "acceleration": Dimension.ACCELERATION,
+    "steering_angle": Dimension.ANGLE,
+    "friction": Dimension.NONE,
+}
+STATE: Final = {
+    "x": Dimension.LENGTH,
+    "y": Dimension.LENGTH,
+    "heading": Dimension.ANGLE,
+    "speed": Dimension.SPEED,
+    "acceleration": Dimension.ACCELERATION,
+    "steering_angle": Dimension.ANGLE,
+    "yaw_rate": Dimension.ANGULAR_RATE,
+}
+"""What the state of the ego measures, in the order of ``signals.EGO_COLUMNS``."""
+
+
+def wire_plant(plant: Plant, base_dir: Path) -> Wired:
+    """Read the description of a vehicle's FMU and connect its variables.
+
+    Raises:
+        InputError: fmpy is not installed.
+        SpecError: There is no such FMU, or its variables do not fit.
+    """
+    state = [(key, getattr(plant.outputs, key), what) for key, what in STATE.items()]
+    poses = [
+        (key, getattr(plant.initial, key), STATE[key]) for key in type(plant.initial).model_fields
+    ]
+    return wire_fmu(
+        plant,
+        base_dir,
+        [(signal, name, INPUTS[signal]) for name, signal in sorted(plant.inputs.items())],
+        [item for item in state if item[1] is not None],
+        poses,
+    )
+
+
+class Plants:
+    """The FMUs that move the egos of a batch, in the runs whose vehicle has one."""
+
+    def __init__(self, plants: Mapping[int, Plant], base_dir: Path, step: float) -> None:
+        """Prepare; the FMUs are started by the first move.
+
+        Args:
+            plants: By run.
+            base_dir: Folder of the file that names them.
+            step: Of a tick [s].
+
+        Raises:
+            SpecError: There is no such FMU, or its variables do not fit.
+        """
+        self._step = step
+        self._runs = list(plants)
+        self._plants = [plants[run] for run in self._runs]
+        first = [self._plants.index(plant) for plant in self._plants]
+        known = {at: wire_plant(self._plants[at], base_dir) for at in dict.fromkeys(first)}
+        self._wired: list[Wired] = [known[at] for at in first]
+        self._fmus: Fmus | None = None
+
+    def move(
+        self, running: Bools, command: Floats, friction: Floats, before: Floats, states: Floats
+    ) -> None:
+        """Advance the egos that an FMU moves by one tick.
+
+        Args:
+            running: (B,).
+            command: (B, 2) acceleration [m/s²] and steering angle [rad].
+            friction: (B,) of the tyres.
+            before: (B, 7) states at the tick before.
+            states: (B, 7) out; rows of other runs are left alone.
+
+        Raises:
+            PluginError: An FMU failed: there is no vehicle then.
+        """
+        fmus = self._fmus or self._start(before)
+        asked: dict[int, Step] = {}
+        for at, run in enumerate(self._runs):
+            if not running[run]:
+                fmus.end(at)
+                continue
+            given = {
+                "acceleration": float(command[run, 0]),
+                "steering_angle": float(command[run, 1]),
+                "friction": float(friction[run]),
+            }
+            values = [given[wire.signal] for wire in self._wired[at].inputs]
+            asked[at] = Step(values, fmus.ticks[at] * self._step, self._step, is_before=True)
+        for at, found in fmus.step(asked).items():
+            if isinstance(found, Broken):
+                self._fail(at, found, asked[at].begin)
+            self._write(at, found, command, before, states)
+
+    def close(self) -> None:
+        """End every FMU and wait until they have."""
+        if self._fmus is not None:
+            self._fmus.close()
+            self._fmus = None
+
+    def _start(self, states: Floats) -> Fmus:
+        """Start the FMUs where the runs begin."""
+        starts = []
+        for run, wired in zip(self._runs, self._wired, strict=True):
+            now = dict(zip(EGO_COLUMNS, states[run].tolist(), strict=True))
+            starts.append(
+                {wire.variable: wire.to_variable(now[wire.signal]) for wire in wired.initial}
+            )
+        self._fmus = Fmus(self._plants, self._wired, starts)
+        for at, broken in self._fmus.greet().items():
+            self._fail(at, broken, 0.0)
+        return self._fmus
+
+    def _write(
+        self, at: int, found: Sequence[float], command: Floats, before: Floats, states: Floats
+    ) -> None:
+        """Write the state of an ego; what its FMU does not tell follows from what it does."""
+        run = self._runs[at]
+        told = {w.signal: v for w, v in zip(self._wired[at].outputs, found, strict=True)}
+        heading = wrap_to_pi(told["heading"])
+        turned = wrap_to_pi(heading - before[run, EGO_HEADING])
+        told["heading"] = heading
+        told.setdefault("acceleration", (told["speed"] - before[run, EGO_SPEED]) / self._step)
+        told.setdefault("steering_angle", float(command[run, 1]))
+        told.setdefault("yaw_rate", turned / self._step)
+        states[run] = [told[name] for name in EGO_COLUMNS]
+
+    def _fail(self, at: int, broken: Broken, time: float) -> NoReturn:
+        name = shown(self._plants[at].file)
+        raise PluginError(
+            f"vehicle.plant {name} failed at {time:g} s: {broken.cause}: {broken.detail}. Without a "
+            "vehicle no run can be judged: mend the FMU, or leave the plant away"
+        )

@@ -1,0 +1,136 @@
+"""What an FMU says of itself, and how its variables are wired to signals."""
+
+import sys
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from adeye.errors import InputError, SpecError
+from adeye.simulate.bridges import fmi
+from adeye.units import Dimension
+from tests.refusals import refused
+from tests.simulate.bridges.fmus import SI, Var, build_fmu, cruise
+
+SPEED, LENGTH = Dimension.SPEED, Dimension.LENGTH
+
+
+@pytest.fixture(scope="module")
+def description(tmp_path_factory: pytest.TempPathFactory) -> fmi.Description:
+    return fmi.read_description(cruise(tmp_path_factory.mktemp("fmu")))
+
+
+def test_description_says_what_the_file_has(description: fmi.Description) -> None:
+    assert (description.version, description.model) == ("2.0", "cruise")
+    assert description.is_steppable
+    speed = description.variables["speed"]
+    assert (speed.kind, speed.causality, speed.unit) == ("Real", "input", "km/h")
+
+
+def test_signal_is_converted_to_the_unit_that_the_fmu_defines(description: fmi.Description) -> None:
+    (wire,) = fmi.wire(description, [("ego.speed", "speed", SPEED)], "input")
+    assert wire.to_variable(10.0) == pytest.approx(36.0, rel=1e-15)
+    assert wire.to_signal(36.0) == pytest.approx(10.0, rel=1e-15)
+
+
+def test_variable_without_a_unit_is_in_si(tmp_path: Path) -> None:
+    found = fmi.read_description(build_fmu(tmp_path, "bare", [Var("u", "input")], ""))
+    (wire,) = fmi.wire(found, [("ego.speed", "u", SPEED)], "input")
+    assert wire.to_variable(10.0) == 10.0
+
+
+def test_unit_with_an_offset_is_converted(tmp_path: Path) -> None:
+    units = {"late": 's="1" factor="60" offset="30"'}
+    path = build_fmu(tmp_path, "late", [Var("t", "input", unit="late")], "", units=units)
+    (wire,) = fmi.wire(fmi.read_description(path), [("time", "t", Dimension.TIME)], "input")
+    assert wire.to_variable(90.0) == 1.0
+    assert wire.to_signal(1.0) == 90.0
+
+
+@pytest.mark.parametrize(
+    ("wanted", "causality", "says"),
+    [
+        (("lead.gap", "speed", LENGTH), "input", "'km/h', which is not that of a length"),
+        (("ego.speed", "sped", SPEED), "input", "Did you mean 'speed'"),
+        (("ego.speed", "a", SPEED), "input", "no input but output"),
+        (("acceleration", "speed", SPEED), "output", "no output but input"),
+    ],
+)
+def test_variable_that_does_not_fit_is_refused(
+    description: fmi.Description, wanted: tuple[str, str, Dimension], causality: str, says: str
+) -> None:
+    refused(SpecError, fmi.wire, description, [wanted], causality, says=says)
+
+
+def test_unit_that_is_no_motion_is_refused(tmp_path: Path) -> None:
+    path = build_fmu(tmp_path, "mass", [Var("m", "input", unit="kg")], "", units=SI)
+    found = fmi.read_description(path)
+    refused(SpecError, fmi.wire, found, [("time", "m", Dimension.TIME)], "input", says="'kg'")
+
+
+@pytest.mark.parametrize(
+    ("start", "says"),
+    [
+        ({"gian": 1.0}, "Did you mean 'gain'"),
+        ({"gain": "high"}, "'high' is none of Real 'gain'"),
+    ],
+)
+def test_start_value_that_cannot_be_set_is_refused(
+    description: fmi.Description, start: dict[str, Any], says: str
+) -> None:
+    refused(SpecError, fmi.require_start, description, start, says=says)
+
+
+def archive(path: Path, *members: tuple[zipfile.ZipInfo | str, bytes]) -> Path:
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as file:
+        for name, content in members:
+            file.writestr(name, content)
+    return path
+
+
+def linked() -> zipfile.ZipInfo:
+    info = zipfile.ZipInfo("resources/link")
+    info.external_attr = 0o120777 << 16
+    return info
+
+
+BOMB = b"""<?xml version="1.0"?><!DOCTYPE b [<!ENTITY a "%s">%s]><fmiModelDescription
+fmiVersion="2.0" modelName="&z9;" guid="g"/>""" % (
+    b"a" * 100,
+    b"".join(
+        b'<!ENTITY z%d "%s">' % (at, (b"&z%d;" % (at - 1) if at else b"&a;") * 10)
+        for at in range(10)
+    ),
+)
+
+
+@pytest.mark.parametrize(
+    ("members", "says"),
+    [
+        ([("../evil", b"x")], "outside of its folder"),
+        ([("/etc/evil", b"x")], "outside of its folder"),
+        ([("a\\b", b"x")], "outside of its folder"),
+        ([(linked(), b"/etc/passwd")], "has a link"),
+        ([("resources/zeros", bytes(2**20))] * 1 + [("big", bytes(2**30))], "GiB, more than 1"),
+        ([("readme", b"x")], "no valid description"),
+        ([("modelDescription.xml", b"<not xml")], "no valid description"),
+        ([("modelDescription.xml", b"<fmiModelDescription/>")], "no valid description"),
+        ([("modelDescription.xml", BOMB)], "no valid description"),
+        ([("modelDescription.xml", bytes(2**25 + 1))], "a description of 32 MiB"),
+    ],
+    ids=["up", "root", "drive", "link", "large", "none", "torn", "empty", "bomb", "long"],
+)
+def test_hostile_archive_is_refused(tmp_path: Path, members: Any, says: str) -> None:
+    refused(SpecError, fmi.read_description, archive(tmp_path / "x.fmu", *members), says=says)
+
+
+def test_what_is_no_archive_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "x.fmu"
+    path.write_bytes(b"MZ no archive")
+    refused(SpecError, fmi.read_description, path, says="is no FMU")
+
+
+def test_missing_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "fmpy", None)
+    refused(InputError, fmi.read_description, tmp_path / "x.fmu", says=r"adeye\[fmi\]")

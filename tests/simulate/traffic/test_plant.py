@@ -1,0 +1,86 @@
+"""Vehicles that an FMU moves."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from adeye.errors import PluginError
+from adeye.signals import EGO_COLUMNS
+from adeye.simulate.traffic import make_traffic
+from adeye.sweep.case import TestCase
+from tests.motorway import make_case, make_scenario
+from tests.refusals import refused
+from tests.simulate.bridges.fmus import car
+
+PLANT: dict[str, Any] = {
+    "file": "./car.fmu",
+    "inputs": {"acc": "acceleration", "steer": "steering_angle"},
+    "initial": {"x": "x0", "y": "y0", "heading": "psi0", "speed": "v0"},
+    "outputs": {"x": "x", "y": "y", "heading": "psi", "speed": "v"},
+}
+LAGLESS = {"acceleration_lag": "0 s", "steering_lag": "0 s"}
+
+
+def case(plant: Any = PLANT, **vehicle: Any) -> TestCase:
+    given = {**LAGLESS, **vehicle} | ({} if plant is None else {"plant": plant})
+    return make_case(make_scenario(), vehicle=given)
+
+
+def drive(cases: list[TestCase], folder: Path, ticks: int = 60) -> np.ndarray[Any, Any]:
+    traffic = make_traffic("batch")
+    traffic.base_dir = folder
+    _, scene = traffic.reset(cases)
+    egos = [scene.ego]
+    for tick in range(ticks):
+        command = np.tile([1.0 if tick < 30 else -2.0, 0.01 * np.sin(0.1 * tick)], (len(cases), 1))
+        egos.append(traffic.step(command).ego)
+    traffic.close()
+    return np.stack(egos, axis=1)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = tmp_path_factory.mktemp("plant")
+    car(made)
+    return made
+
+
+def test_single_track_in_an_fmu_moves_as_the_built_in_one(folder: Path) -> None:
+    mine, theirs = drive([case(), case(None)], folder)
+    assert mine[:, :2] == pytest.approx(theirs[:, :2], abs=0.05)
+    assert mine[:, 3] == pytest.approx(theirs[:, 3], abs=1e-6)
+    assert mine[:, 2] == pytest.approx(theirs[:, 2], abs=2e-3)
+    # What the FMU does not tell follows from what it does.
+    assert mine[1:, EGO_COLUMNS.index("acceleration")] == pytest.approx(
+        np.diff(mine[:, 3]) / 0.05, abs=1e-9
+    )
+    assert mine[1:, EGO_COLUMNS.index("yaw_rate")] == pytest.approx(
+        np.diff(mine[:, 2]) / 0.05, abs=1e-9
+    )
+
+
+def test_runs_beside_it_change_no_bit(folder: Path) -> None:
+    alone = drive([case()], folder)[0]
+    beside = drive([case(None), case(), case(mass=900.0)], folder)
+    assert np.array_equal(beside[1], alone)
+    assert np.array_equal(beside[0], drive([case(None)], folder)[0])
+
+
+def test_vehicle_whose_fmu_fails_ends_the_campaign(folder: Path) -> None:
+    car(folder, "if (t > 0.3) v[6] = NAN;", name="bad")
+    bad = case({**PLANT, "file": "./bad.fmu"})
+    error = refused(PluginError, drive, [bad], folder, says="'./bad.fmu' failed at 0.3 s")
+    assert "x nan (x) is no finite number" in str(error)
+    assert error.exit_code == 3
+
+
+def test_vehicle_without_an_fmu_is_identified_as_before() -> None:
+    assert "plant" not in case(None).architecture.vehicle.model_dump()
+    assert "plant" in case().architecture.vehicle.model_dump()
+
+
+def test_plant_that_gets_no_steering_is_refused() -> None:
+    inputs = {"acc": "acceleration"}
+    refused(ValueError, case, {**PLANT, "inputs": inputs}, says="no variable gets steering_angle")
