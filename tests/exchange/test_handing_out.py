@@ -48,7 +48,7 @@ def test_run_is_written_in_every_form(done: Execution, tmp_path: Path) -> None:
     assert told == {name: item.value for name, item in metrics.items() if item.value is not None}
     assert len(places["table"].read_text("utf-8").splitlines()) == 1 + int(done.trace.length[0])
     assert sorted(path.name for path in tmp_path.iterdir()) == ["cr", "osi", "r.csv", "r.mcap"]
-    assert len(contents(places["cr"])) == 2
+    assert len(contents(places["commonroad"])) == 2
     assert len(read_osi(places["osi"], "GroundTruth")) == int(done.trace.length[0])
     first = contents(places["osi"])
     handing_out(osi=places["osi"])(done)

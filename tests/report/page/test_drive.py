@@ -185,9 +185,7 @@ def test_bend_is_drawn_in_short_pieces_on_the_arc(trace: Trace) -> None:
     pieces = np.hypot(np.diff(edge.x_m), np.diff(edge.y_m))
     assert len(edge.x_m) > 50
     assert pieces.max() <= 5.0 + 1e-3
-    x, y, _ = position(
-        segments[0], trace["ego_place"][0, : trace.length[0], 0].min() - VIEW, 0.0
-    )
+    x, y, _ = position(segments[0], trace["ego_place"][0, : trace.length[0], 0].min() - VIEW, 0.0)
     assert [edge.x_m[0], edge.y_m[0]] == pytest.approx([x, y], abs=1e-3)
 
 
