@@ -31,8 +31,8 @@ laid: dict[int, int] = {}
 
 _SOURCES: Final = (".yaml", ".yml", ".py")
 _WRITTEN: Final = frozenset(
-    {"", ".csv", ".htm", ".html", ".json", ".jsonl", ".mmd", ".npz", ".parquet", ".reqif"}
-    | {".sarif", ".sig", ".svg", ".txt", ".xml", ".xodr"}
+    {"", ".csv", ".htm", ".html", ".json", ".jsonl", ".mcap", ".mmd", ".npz", ".osi", ".parquet"}
+    | {".reqif", ".sarif", ".sig", ".svg", ".txt", ".xml", ".xodr"}
 )
 """Endings of what verbs write; what is there and ends otherwise is something else."""
 _PEM: Final = b"-----BEGIN"

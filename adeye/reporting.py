@@ -5,14 +5,17 @@ from __future__ import annotations
 import shlex
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from adeye.campaign import summary
 from adeye.campaign.replay import Execution, rerun
 from adeye.campaign.run import Progress
 from adeye.campaign.stale import find_stale
 from adeye.errors import InputError
-from adeye.outputs import write_atomically
+from adeye.exchange import needing, require_place
+from adeye.exchange.view import Account, Remark, RunView
+from adeye.judge.verdict import Verdict
+from adeye.outputs import replacing, replacing_folder, write_atomically
 from adeye.report.build import MAX_REPLAYS, ReplayRequest, ReportBuilder, drawn_in
 from adeye.report.claims import claims_of
 from adeye.report.comparison.compare import compare
@@ -20,6 +23,7 @@ from adeye.report.files import guarding
 from adeye.report.formats import check_exports, render_export
 from adeye.report.formats.json import render_json
 from adeye.report.formats.junit import render_junit
+from adeye.report.formats.traces import form_of, write_trace_table
 from adeye.report.gate.baseline import deciding, read_baseline
 from adeye.report.gate.changes import Tolerances
 from adeye.report.gate.decide import GateResult, judge_campaign, update_baseline
@@ -36,11 +40,18 @@ from adeye.sweep.axes import named_values
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
+    from contextlib import AbstractContextManager
 
+    from adeye.exchange.view import Level
     from adeye.report.claims import ClaimOptions, Claims
     from adeye.report.comparison.records import CompareOptions, Comparison
     from adeye.report.model.report import Report
     from adeye.store.records import CampaignInfo, VerdictRecord
+
+    Write = Callable[[Execution, Path], object]
+    """Writes an executed run to a file, or into a folder."""
+    Opening = Callable[[Path], AbstractContextManager[Path]]
+    """Gives the place beside a file or a folder that takes its place at the end."""
 
 # --- What changed since a baseline: the gate's comparison, and the evidence that became stale -----
 
@@ -404,7 +415,7 @@ class _Pen:
         command = builder.replay_command(done.run.result_digest)
         if done.trace.digests()[0] != done.stored.trace_digest:
             return Undrawn(run=done.run.result_digest, why=request.why, command=command)
-        records = self._verdicts(done)
+        records = verdicts_of(done)
         stored = {item.fsr_id: item for item in records}
         parameters = named_values(dict(done.case.parameters), builder.odd, done.run.scenario)
         return replay_of(
@@ -422,6 +433,151 @@ class _Pen:
             command=command,
         )
 
-    def _verdicts(self, done: Execution) -> list[VerdictRecord]:
-        judged = {item.fsr_digest for item in done.evaluation.judgements[0]}
-        return [item for item in done.stored.verdicts if item.fsr_digest in judged]
+
+def verdicts_of(done: Execution) -> list[VerdictRecord]:
+    """Return the stored verdicts of a run that are about the FSRs as they are judged now."""
+    judged = {item.fsr_digest for item in done.evaluation.judgements[0]}
+    return [item for item in done.stored.verdicts if item.fsr_digest in judged]
+
+
+# --- Hand runs to other people's viewers and tools ------------------------------------------------
+
+_LEVELS: Final[Mapping[Verdict, Level]] = {
+    Verdict.FAIL: "error",
+    Verdict.ERROR: "error",
+    Verdict.INVALID: "warning",
+}
+"""How bad a verdict is; the others are only told."""
+
+
+def handing_out(
+    *,
+    mcap: Path | None = None,
+    osi: Path | None = None,
+    commonroad: Path | None = None,
+    table: Path | None = None,
+) -> Callable[[Execution], None]:
+    """Give what writes an executed run for others; what is missing for it is told before.
+
+    Args:
+        mcap: File for Foxglove and Lichtblick.
+        osi: Folder for traces of ASAM OSI.
+        commonroad: Folder for a scenario of CommonRoad and its solution.
+        table: File for its signals: Parquet, CSV or lines of JSON, as its name ends.
+
+    Raises:
+        InputError: An extra is not installed that one of them needs.
+        UsageError: A folder holds something else, or the name of the table tells no form.
+    """
+    writers: list[Callable[[Execution], None]] = []
+
+    def add(write: Write, path: Path, open_place: Opening) -> None:
+        def act(done: Execution) -> None:
+            with open_place(path) as place:
+                write(done, place)
+
+        writers.append(act)
+
+    if mcap is not None:
+        add(_mcap_writer(), mcap, replacing)
+    if osi is not None:
+        add(_osi_writer(osi), osi, replacing_folder)
+    if commonroad is not None:
+        add(_commonroad_writer(commonroad), commonroad, replacing_folder)
+    if table is not None:
+        add(_table_writer(table), table, replacing)
+
+    def hand_out(done: Execution) -> None:
+        for item in writers:
+            item(done)
+
+    return hand_out
+
+
+def export_osi(
+    db: str | Path | None, campaign: str | None, folder: Path, runs: Sequence[str] = ()
+) -> int:
+    """Write the runs of a campaign as traces of ASAM OSI; each is executed again.
+
+    Args:
+        db: Database, by default ``.adeye/adeye.db``.
+        campaign: Id, its beginning or its number; None for the newest.
+        folder: For the files, which takes the place of a former one.
+        runs: Beginnings of result digests; none means every run that has a result.
+
+    Returns:
+        How many runs there are.
+
+    Raises:
+        InputError: The extra is not installed, or there is no such campaign or run.
+        UsageError: The folder holds something else.
+        PlatformError: A file cannot be written.
+    """
+    write = _osi_writer(folder)
+    with guarding(db, {"--osi": folder}), Repository.open(db, create=False) as repository:
+        if runs:
+            refs = [repository.find_run(run) for run in dict.fromkeys(runs)]
+        else:
+            found = repository.find_campaign(campaign)
+            refs = repository.hindsight.executed(found.id)
+        with replacing_folder(folder) as place:
+            for ref in refs:
+                write(rerun(repository, ref), place)
+    return len(refs)
+
+
+def _mcap_writer() -> Write:
+    with needing("MCAP", "viz"):
+        from adeye.exchange.mcap import write_mcap
+
+    return lambda done, file: write_mcap(RunView(done.trace), _account(done), file)
+
+
+def _osi_writer(folder: Path) -> Write:
+    with needing("OSI", "osi"):
+        from adeye.exchange.osi import NAMES, write_osi
+    require_place(folder, NAMES, "traces of OSI")
+    return lambda done, place: write_osi(RunView(done.trace), _account(done), place)
+
+
+def _commonroad_writer(folder: Path) -> Write:
+    from adeye.exchange.commonroad import NAMES, write_commonroad
+
+    require_place(folder, NAMES, "a scenario of CommonRoad")
+    return lambda done, place: write_commonroad(RunView(done.trace), _account(done), place)
+
+
+def _table_writer(path: Path) -> Write:
+    form = form_of(path)
+    return lambda done, file: write_trace_table(done.signals, 0, _about(done), file, form)
+
+
+def _about(done: Execution) -> dict[str, str]:
+    return {
+        "scenario": done.run.scenario,
+        "architecture": done.run.architecture,
+        "fault": done.case.fault_entry,
+        "outcome": done.evaluation.outcomes[0].outcome.value,
+        "trace": done.trace.digests()[0],
+    }
+
+
+def _account(done: Execution) -> Account:
+    """Say what is known of a run beside its trace; what has no time is told at its end."""
+    events = [
+        Remark(item.time_s, "info", item.subject or item.kind, item.text)
+        for item in done.stored.events
+    ]
+    end = float(done.trace.time[int(done.trace.length[0]) - 1])
+    verdicts = [
+        Remark(
+            end if item.time_s is None else item.time_s,
+            _LEVELS.get(item.verdict, "info"),
+            item.fsr_id,
+            f"{item.verdict.value}: {item.predicate or item.detail or 'no predicate decides it'}",
+        )
+        for item in verdicts_of(done)
+    ]
+    metrics = {name: item.value for name, item in sorted(done.stored.metrics.items())}
+    remarks = tuple(sorted([*events, *verdicts], key=lambda item: item.time))
+    return Account(done.run.result_digest, _about(done), remarks, metrics)

@@ -25,8 +25,11 @@ VAGUE_NAMES = {"utils", "util", "helpers", "helper", "common", "manager", "data"
 ONE_PLACE = {
     "alembic": ("adeye.store",),
     "cryptography": ("adeye.report",),
+    "foxglove": ("adeye.exchange",),
     "highway_env": ("adeye.simulate.traffic.highway",),
     "jinja2": ("adeye.report",),
+    "mcap": ("adeye.exchange",),
+    "osi3": ("adeye.exchange",),
     "pyarrow": ("adeye.report",),
     "rich": ("adeye.cli",),
     "scipy": ("adeye.analysis", "adeye.judge", "adeye.sweep"),

@@ -40,7 +40,7 @@ ALONE = [
         *("channel-tiers", "channels", "ci", "concepts-and-fsrs", "coverage", "evidence"),
         *("gymnasium", "odd", "preventability", "process-channels", "reference-drivers"),
         *("results-and-sql", "scale", "scenarios", "security", "selftest", "staleness"),
-        *("team-database", "temporal-logic"),
+        *("team-database", "temporal-logic", "viewers"),
     )
 ]
 """Pages that use files of other pages at most, no campaign: they are walked beside the others."""

@@ -283,7 +283,7 @@ def replay_run(
     db: str | Path | None,
     run: str,
     dump: tuple[str, Path] | None = None,
-    look: Callable[[Trace], None] | None = None,
+    look: Callable[[Execution], None] | None = None,
 ) -> Replayed:
     """Execute a stored run again and compare trace digests.
 
@@ -294,7 +294,7 @@ def replay_run(
         db: Database, by default ``.adeye/adeye.db``.
         run: Beginning of its result digest.
         dump: Channel, and the file that gets what it is shown, a line for each observation.
-        look: Is shown the trace of the run.
+        look: Is shown the execution of the run.
     """
     with Repository.open(db, create=False) as repository:
         ref = repository.find_run(run)
@@ -305,7 +305,7 @@ def replay_run(
             (once_more,) = rerun(repository, ref).trace.digests()
             cause = CHANGED if once_more == trace_digest else UNSTEADY
     if look is not None:
-        look(done.trace)
+        look(done)
     row = done.stored.row
     now = identity(str(row["backend"]), _known_variant(row))
     note = ""

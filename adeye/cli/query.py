@@ -261,9 +261,15 @@ class Table(str, Enum):  # noqa: UP042 - see above
 
 
 def export(
-    output: Annotated[Path, opt.option("--output -o FOLDER|FILE", callback=opt.named_place)],
     campaign: opt.CampaignId = None,
     *,
+    output: Annotated[
+        Path | None, opt.option("--output -o FOLDER|FILE", callback=opt.named_place)
+    ] = None,
+    osi: Annotated[
+        Path | None, opt.option("DIR", env="EXPORT_OSI", callback=opt.named_place)
+    ] = None,
+    run: Annotated[list[str] | None, opt.option("RUN", env="EXPORT_RUN")] = None,
     db: opt.Db = None,
     format: Annotated[FileFormat | None, opt.option("--format -f", env="EXPORT_FORMAT")] = None,
     table: Annotated[list[Table] | None, opt.option("--table -t")] = None,
@@ -276,8 +282,13 @@ def export(
     each column and needs adeye[columnar]. The same campaign gives the same files, also from
     another database, unless --with-provenance adds what differs. Everything is written or nothing.
 
+    With --osi each run is executed again and written as traces of ASAM OSI: what is true, and what
+    each sensor detects.
+
     Parameters:
         output: Folder for a file per table, or one file in .parquet, .csv or .jsonl.
+        osi: Folder for traces of ASAM OSI, in single files and in MCAP; needs adeye[osi].
+        run: Beginning of the digest of a run for --osi, may be repeated; default: all done ones.
         format: Form of the files; default: how FILE ends, parquet for a folder.
         table: What to export, may be repeated; default: all into a folder, runs into a file.
         with_provenance: Also write when runs were executed, and where the campaign comes from.
@@ -286,7 +297,20 @@ def export(
         adeye export -o results
         adeye export 3 -o runs.parquet
         adeye export --table verdicts -o verdicts.csv
+        adeye export --osi traces --run 3f2a91c04b
     """
+    if output is None and osi is None:
+        raise UsageError("nothing to write is named", remedy="Name --output or --osi, or both.")
+    if run and osi is None:
+        raise UsageError("--run chooses what --osi writes", remedy="Name --osi DIR, too.")
+    if osi is not None:
+        from adeye.reporting import export_osi
+
+        count = export_osi(db, campaign, osi, run or ())
+        out.wrote(osi)
+        out.talk(f"{count:,} runs as traces of OSI")
+    if output is None:
+        return
     from adeye.report.formats.tables import export_campaign
 
     written = export_campaign(

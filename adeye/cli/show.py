@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
-from adeye.cli.options import Db, Json, RunId, named, named_page, option
+from adeye.cli.options import Db, Json, RunId, named, named_page, named_place, option
 from adeye.cli.output import clean, emit, emit_fields, emit_found, emit_value, wrote
 from adeye.errors import IntegrityError, UsageError
 from adeye.judge.verdict import ExitCode
@@ -17,8 +17,7 @@ from adeye.units import Dimension, parse_quantity
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from adeye.campaign.replay import Replayed
-    from adeye.trace import Trace
+    from adeye.campaign.replay import Execution, Replayed
 
 _SECTIONS: Final = ("parameters", "metrics", "verdicts", "events")
 _COMMAND: Final = "command"
@@ -60,6 +59,10 @@ def replay(  # noqa: PLR0917 - options of the command line
     dump: Annotated[Path | None, option("FILE", callback=named)] = None,
     grid: Annotated[str | None, option("TIME")] = None,
     cells: Annotated[str | None, option("FILE|adeye")] = None,
+    mcap: Annotated[Path | None, option("FILE", env="REPLAY_MCAP", callback=named)] = None,
+    osi: Annotated[Path | None, option("DIR", env="REPLAY_OSI", callback=named_place)] = None,
+    commonroad: Annotated[Path | None, option("DIR", callback=named_place)] = None,
+    table: Annotated[Path | None, option("FILE", env="REPLAY_TABLE", callback=named)] = None,
     json: Json = False,
 ) -> None:
     """Execute a stored run again and compare the digest of its trace.
@@ -69,6 +72,8 @@ def replay(  # noqa: PLR0917 - options of the command line
 
     With --grid and --dump it saves the grid map around the ego at a time, layer by layer, as a
     NumPy archive: with what is true, or with --channel what that channel believes.
+
+    With --mcap, --osi, --commonroad and --table it writes the run for viewers and tools of others.
 
     Exit codes: 0 identical, 4 the trace differs, or with --html the evidence is not as it was
     written.
@@ -80,18 +85,35 @@ def replay(  # noqa: PLR0917 - options of the command line
         grid: Time, such as '4.2 s', of the grid map to save; needs --dump.
         cells: Window, cells and costs of the grid map: a YAML file, or the costs of AD-EYE; by
             default the ratings of the safety channel.
+        mcap: Write the run for Foxglove and Lichtblick; needs adeye[viz].
+        osi: Folder for traces of ASAM OSI, in single files and in MCAP; needs adeye[osi].
+        commonroad: Folder for the run as a scenario of CommonRoad, and what the ego drove as its
+            solution.
+        table: Write its signals, a row a tick: a file in .parquet, .csv or .jsonl.
 
     Examples:
         adeye replay 3f2a91c04b
         adeye replay 3f2a91c04b --html replay.html
         adeye replay 3f2a91c04b --grid '4.2 s' --dump grid.npz
+        adeye replay 3f2a91c04b --mcap run.mcap
     """
     from adeye.campaign.replay import replay_run
 
+    looks = []
     if grid is not None:
-        again = replay_run(db, run, look=_grid_saver(grid, cells, channel, dump))
-    else:
-        again = replay_run(db, run, _saved(channel, dump, cells))
+        looks.append(_grid_saver(grid, cells, channel, dump))
+    shown = None if grid is not None else _saved(channel, dump, cells)
+    handed = {"mcap": mcap, "osi": osi, "commonroad": commonroad, "table": table}
+    if any(path is not None for path in handed.values()):
+        from adeye.reporting import handing_out
+
+        looks.append(handing_out(**handed))
+
+    def look(done: Execution) -> None:
+        for item in looks:
+            item(done)
+
+    again = replay_run(db, run, shown, look if looks else None)
     emit_found("replay", again, _print, json=json)
     written = None
     if html is not None:
@@ -99,8 +121,9 @@ def replay(  # noqa: PLR0917 - options of the command line
 
         written = write_replay(db, run, html)
         wrote(html)
-    if dump is not None:
-        wrote(dump)
+    for path in (dump, *handed.values()):
+        if path is not None:
+            wrote(path)
     if not again.identical:
         raise typer.Exit(ExitCode.INTEGRITY)
     if written is not None and written.exit_code is ExitCode.INTEGRITY:
@@ -123,7 +146,7 @@ def _saved(channel: str | None, dump: Path | None, cells: str | None) -> tuple[s
 
 def _grid_saver(
     time: str, cells: str | None, channel: str | None, dump: Path | None
-) -> Callable[[Trace], None]:
+) -> Callable[[Execution], None]:
     """Give what saves the grid map of a trace; everything that was given is checked before."""
     from adeye.judge.grid import TRUTH, grid_map
     from adeye.spec.grid import ADEYE_COSTS, GridSettings
@@ -139,8 +162,8 @@ def _grid_saver(
     else:
         settings = load_grid(cells).spec
 
-    def save(trace: Trace) -> None:
-        found = grid_map(trace, 0, at, settings, view=channel or TRUTH)
+    def save(done: Execution) -> None:
+        found = grid_map(done.trace, 0, at, settings, view=channel or TRUTH)
         write_atomically(found.archive(), dump)
 
     return save

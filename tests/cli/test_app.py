@@ -22,7 +22,7 @@ from adeye.errors import SourceLocation, Terminated
 
 
 ROOT = Path(__file__).parents[2]
-HEAVY = "numpy pandas sqlalchemy numba highway_env scipy pydantic rich.live yaml"
+HEAVY = "numpy pandas sqlalchemy numba highway_env scipy pydantic rich.live yaml mcap foxglove osi3"
 
 
 def verbs(command: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:

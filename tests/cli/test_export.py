@@ -42,7 +42,9 @@ def test_missing_results_are_told(adeye: Any, mini: Any, monkeypatch: pytest.Mon
 @pytest.mark.parametrize(
     ("arguments", "part"),
     [
-        ((), "--output"),
+        ((), "nothing to write is named"),
+        (("-o", "out", "--run", "abab"), "--run chooses what --osi writes"),
+        (("--osi", "traces", "--run", "ffffffff"), "ffffffff"),
         (("-o", "--table"), "stands where"),
         (("-o", "x.csv", "--format", "parquet"), "promises csv"),
         (("-o", "x", "--table", "tables"), "tables"),

@@ -1,6 +1,5 @@
 """``show`` and ``replay``: what is printed, and that a different trace is never a success."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -11,10 +10,11 @@ import pytest
 
 import adeye.campaign.replay
 import adeye.reporting
+from adeye import reporting
 from adeye.campaign.replay import Replayed
 from adeye.errors import InputError
-from adeye.trace import Trace
 from tests.judge.conftest import HandMade
+from tests.project import Executed
 
 DESCRIPTION: dict[str, Any] = {
     "run": "ab" * 32,
@@ -50,9 +50,10 @@ REPLAYED = Replayed(
 def results(monkeypatch: pytest.MonkeyPatch) -> Mock:
     """Put a stand-in behind the verbs; who looks at a replay sees a trace made by hand."""
 
-    def replay_run(*_: Any, look: Callable[[Trace], None] | None = None) -> Replayed:
+    def replay_run(*asked: Any) -> Replayed:
+        look = asked[3]
         if look is not None:
-            look(HandMade().trace())
+            look(Mock(trace=HandMade().trace()))
         return fake.replayed  # type: ignore[no-any-return]
 
     fake = Mock(replayed=REPLAYED)
@@ -113,7 +114,7 @@ def test_replay_page_is_written_also_if_it_differs(adeye: Any, results: Mock) ->
 def test_replay_saves_what_a_channel_was_shown(adeye: Any, results: Mock) -> None:
     ended = adeye("replay", "abab", "--channel", "nominal", "--dump", "s.jsonl").ok
     asked = ("nominal", Path("s.jsonl"))
-    assert results.mock_calls == [call.replay_run(None, "abab", asked)]
+    assert results.mock_calls == [call.replay_run(None, "abab", asked, None)]
     assert "wrote s.jsonl" in ended.err
 
 
@@ -126,7 +127,7 @@ def test_channel_and_dump_belong_together(adeye: Any, results: Mock) -> None:
 def test_grid_map_is_saved(adeye: Any, results: Mock, tmp_path: Path) -> None:
     path = tmp_path / "grid.npz"
     ended = adeye("replay", "abab", "--grid", "0.5 s", "--dump", str(path)).ok
-    assert results.mock_calls == [call.replay_run(None, "abab", look=ANY)]
+    assert results.mock_calls == [call.replay_run(None, "abab", None, ANY)]
     assert f"wrote {path}" in ended.err
     saved = np.load(path)
     assert (float(saved["time"]), str(saved["view"])) == (0.5, "truth")
@@ -147,6 +148,23 @@ def test_grid_map_as_asked_for(adeye: Any, results: Mock, tmp_path: Path) -> Non
 
 
 @pytest.mark.usefixtures("results")
+def test_run_is_handed_to_the_viewers_that_are_asked_for(
+    adeye: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hand_out = Mock()
+    handing_out = Mock(return_value=hand_out)
+    monkeypatch.setattr(reporting, "handing_out", handing_out)
+    asked = {"mcap": "r.mcap", "osi": "o", "commonroad": "c", "table": "t.csv"}
+    options = [word for name, path in asked.items() for word in (f"--{name}", path)]
+    ended = adeye("replay", "abab", *options).ok
+    handing_out.assert_called_once_with(**{name: Path(path) for name, path in asked.items()})
+    ((done,), _) = hand_out.call_args
+    assert done.trace.runs == 1
+    for name in asked.values():
+        assert f"wrote {name}" in ended.err
+
+
+@pytest.mark.usefixtures("results")
 def test_grid_map_that_cannot_be_had_is_refused(adeye: Any) -> None:
     dump = ("--dump", "g.npz")
     for options, what in (
@@ -159,3 +177,11 @@ def test_grid_map_that_cannot_be_had_is_refused(adeye: Any) -> None:
     ):
         assert what in adeye("replay", "abab", *options).refused
         assert not Path("g.npz").exists()
+
+
+@pytest.mark.parametrize("flag", ["--mcap", "--table"])
+def test_database_is_not_written_over(adeye: Any, mini: Executed, flag: str) -> None:
+    before = mini.db.read_bytes()
+    said = adeye("replay", "abab", "--db", str(mini.db), flag, str(mini.db)).refused
+    assert "belongs to the database" in said
+    assert mini.db.read_bytes() == before

@@ -4,29 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Any, Final, Literal
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from adeye import signals as columns
+from adeye.exchange.road_lines import VIEW, RoadLine, road_lines
 from adeye.judge.grid import OBJECTS, TRUTH, GridMap, grid_at
 from adeye.judge.metrics import METRICS
 from adeye.judge.safe_stop import ratings_of
 from adeye.judge.stl.formula import parse_formula
 from adeye.judge.stl.series import SampleStatus, Series
 from adeye.judge.trace_signals import TraceSignals
-from adeye.kernel.road import Ground, far_edge, has_strips, lane_edge, position, right_edge
-from adeye.kernel.strips import (
-    DRIVING,
-    SLAB_BEGIN,
-    SLAB_FIRST,
-    SLAB_STRIPS,
-    STRIP_KIND,
-    STRIP_LEFT,
-    STRIP_RIGHT,
-    STRIP_WAY,
-)
 from adeye.report.page import replay as drawn
 from adeye.spec.channels import SafetyChannel
 from adeye.spec.concept import Requirement
@@ -232,12 +222,6 @@ def _runs(codes: NDArray[Any]) -> str:
 PLACES = 3
 """Decimals of embedded places and speeds: a millimetre."""
 ANGLES = 4
-BOUNDARY_STEP = 5.0
-"""Longest piece of a drawn lane boundary on a bend [m]."""
-_STEP = 0.01
-"""Length of a step in a drawn edge [m]."""
-VIEW = 150.0
-"""How much road is drawn before and behind what the ego drives [m]."""
 
 
 def replay_of(trace: Trace, row: int, **said: Any) -> drawn.Replay:
@@ -285,85 +269,16 @@ def _gaps(values: Any, places: int = PLACES) -> drawn.Gaps:
 def _road(trace: Trace, run: int, rows: int) -> drawn.RoadGeometry:
     ground = trace.layout.context.road.ground(run)
     s = trace["ego_place"][run, :rows, columns.PLACE_S]
-    start, end = float(s.min()) - VIEW, float(s.max()) + VIEW
-    curved = bool(np.any(ground.segments[:, 4] != 0.0))
-    pieces = max(1, math.ceil((end - start) / BOUNDARY_STEP)) if curved else 1
-    stations = np.linspace(start, end, pieces + 1)
+    found = road_lines(ground, float(s.min()) - VIEW, float(s.max()) + VIEW)
 
-    def line(
-        d: float | drawn.Floats, marking: Literal["solid", "dashed", "none"], at: Any = stations
-    ) -> drawn.Line:
-        places = zip(at, np.broadcast_to(d, len(at)), strict=True)
-        points = [
-            position(ground.segments, float(station), float(beside)) for station, beside in places
-        ]
-        return drawn.Line(
-            marking=marking,
-            x_m=_floats([point[0] for point in points]),
-            y_m=_floats([point[1] for point in points]),
-        )
+    def line(item: RoadLine) -> drawn.Line:
+        x, y = item.places.T
+        return drawn.Line(marking=item.marking, x_m=_floats(x), y_m=_floats(y))
 
-    if has_strips(ground):
-        # What is paved lies between the first boundary and the last.
-        outer = [
-            line(tuple(outermost(ground, float(station)) for station in stations), "none")
-            for outermost in (right_edge, far_edge)
-        ]
-        inner = [line(*edge) for edge in _strip_edges(ground, start, end)]
-        return drawn.RoadGeometry(boundaries=(outer[0], *inner, outer[1]), shoulder=None)
-    edges = [
-        line(
-            tuple(lane_edge(ground, float(station), k) for station in stations),
-            "solid" if k in {0, ground.lanes} else "dashed",
-        )
-        for k in range(ground.lanes + 1)
-    ]
-    at, paved = _with_corners(stations, ground.refuges), ground._replace(verge=0.0)
-    right = tuple(right_edge(paved, float(station)) for station in at)
     return drawn.RoadGeometry(
-        boundaries=tuple(edges),
-        shoulder=line(right, "none", at) if min(right) < 0.0 else None,
+        boundaries=tuple(map(line, found.boundaries)),
+        shoulder=None if found.shoulder is None else line(found.shoulder),
     )
-
-
-def _strip_edges(
-    ground: Ground, start: float, end: float
-) -> Iterator[tuple[drawn.Floats, Literal["solid", "dashed", "none"], NDArray[np.float64]]]:
-    """Yield the edges of the strips of an imported road slab by slab: d, marking and places."""
-    begins = [*ground.slabs[:, SLAB_BEGIN], math.inf]
-    for slab, (first, rows) in enumerate(ground.slabs[:, SLAB_FIRST : SLAB_STRIPS + 1].astype(int)):
-        low, high = max(start, begins[slab]), min(end, begins[slab + 1])
-        if not low < high:
-            continue
-        at = np.linspace(low, high, max(2, math.ceil((high - low) / BOUNDARY_STEP) + 1))
-        found = ground.strips[first : first + rows]
-        for number, strip in enumerate(found):
-            is_lane = [
-                row[STRIP_KIND] == DRIVING for row in (strip, *found[number + 1 : number + 2])
-            ]
-            ways = {float(row[STRIP_WAY]) for row in found[number : number + 2]}
-            inner = len(is_lane) == 2 and all(is_lane) and len(ways) == 1
-            sides = [STRIP_LEFT] if number else [STRIP_RIGHT, STRIP_LEFT]
-            for side in sides:
-                d = strip[side] + strip[side + 1] * (at - begins[slab])
-                marking: Literal["solid", "dashed", "none"] = "solid" if any(is_lane) else "none"
-                yield tuple(d.tolist()), "dashed" if inner and side == STRIP_LEFT else marking, at
-
-
-def _with_corners(stations: NDArray[np.float64], refuges: NDArray[np.float64]) -> Any:
-    """Add the corners of parking bays and rest areas (R, 5) to the stations of a line."""
-    first = refuges[:, columns.REFUGE_S] - refuges[:, columns.REFUGE_TAPER]
-    last = refuges[:, columns.REFUGE_S] + refuges[:, columns.REFUGE_LENGTH]
-    # A corner without a taper is a step: a place just outside, and one just inside.
-    corners = [
-        first - _STEP,
-        refuges[:, columns.REFUGE_S],
-        last,
-        last + refuges[:, columns.REFUGE_TAPER] + _STEP,
-    ]
-    inside = np.concatenate(corners)
-    inside = inside[(inside > stations[0]) & (inside < stations[-1])]
-    return np.unique(np.concatenate([stations, inside]))
 
 
 def _ego(trace: Trace, run: int, rows: int) -> drawn.EgoMotion:

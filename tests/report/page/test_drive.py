@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from adeye.campaign.replay import Execution, rerun
+from adeye.exchange.road_lines import VIEW
 from adeye.judge.grid import grid_at
 from adeye.judge.series import SERIES
 from adeye.judge.verdict import Outcome
@@ -137,8 +138,8 @@ def test_straight_road_is_one_line_per_boundary_around_what_is_driven(
     assert [line.marking for line in lines] == ["solid", "dashed", "dashed", "solid"]
     assert all(len(line.x_m) == 2 for line in lines)
     x = trace["ego"][1, : trace.length[1], 0]
-    assert lines[0].x_m[0] == pytest.approx(x.min() - drive.VIEW, abs=0.01)
-    assert lines[0].x_m[-1] == pytest.approx(x.max() + drive.VIEW, abs=0.01)
+    assert lines[0].x_m[0] == pytest.approx(x.min() - VIEW, abs=0.01)
+    assert lines[0].x_m[-1] == pytest.approx(x.max() + VIEW, abs=0.01)
     assert [line.y_m[0] for line in lines] == pytest.approx([0.0, 3.5, 7.0, 10.5])
     assert known(replay.road.shoulder).y_m[0] == pytest.approx(-3.0)
 
@@ -184,9 +185,7 @@ def test_bend_is_drawn_in_short_pieces_on_the_arc(trace: Trace) -> None:
     pieces = np.hypot(np.diff(edge.x_m), np.diff(edge.y_m))
     assert len(edge.x_m) > 50
     assert pieces.max() <= 5.0 + 1e-3
-    x, y, _ = position(
-        segments[0], trace["ego_place"][0, : trace.length[0], 0].min() - drive.VIEW, 0.0
-    )
+    x, y, _ = position(segments[0], trace["ego_place"][0, : trace.length[0], 0].min() - VIEW, 0.0)
     assert [edge.x_m[0], edge.y_m[0]] == pytest.approx([x, y], abs=1e-3)
 
 

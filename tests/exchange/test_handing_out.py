@@ -1,0 +1,107 @@
+"""Stored runs are executed again and handed to other people's viewers, wholly or not at all."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from adeye.campaign.replay import Execution, rerun
+from adeye.errors import InputError, UsageError
+from adeye.judge.verdict import Verdict
+from adeye.reporting import export_osi, handing_out, verdicts_of
+from tests.exchange.test_mcap import read
+from tests.exchange.test_osi import read as read_osi
+from tests.project import Executed
+
+
+@pytest.fixture(scope="module")
+def done(mini: Executed) -> Execution:
+    """A run in which a fault made the architecture hand over."""
+    with mini.opened() as (repository, campaign):
+        rows = repository.results(campaign.id)
+        runs = [dict(zip(rows.columns, row, strict=True)) for row in rows.rows]
+        faulty = next(row for row in runs if row["fault_entry"] != "none")
+        return rerun(repository, repository.find_run(faulty["run"]))
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+def test_run_is_written_in_every_form(done: Execution, tmp_path: Path) -> None:
+    names = {"mcap": "r.mcap", "osi": "osi", "commonroad": "cr", "table": "r.csv"}
+    places = {form: tmp_path / name for form, name in names.items()}
+    handing_out(**places)(done)
+    found = read(places["mcap"])
+    assert len(found["/scene"]) == int(done.trace.length[0])
+    said = [(log.name, log.message) for _, log in found["/events"]]
+    for event in done.stored.events:
+        assert (event.subject or event.kind, event.text) in said
+    verdicts = {name: text.partition(":")[0] for name, text in said if name.startswith("FSR")}
+    assert verdicts == {item.fsr_id: item.verdict.value for item in verdicts_of(done)}
+    levels = {log.name: log.level for _, log in found["/events"]}
+    for item in verdicts_of(done):
+        assert (levels[item.fsr_id] == 4) == (item.verdict in {Verdict.FAIL, Verdict.ERROR})
+    metrics = done.stored.metrics
+    ((_, told),) = found["/metrics"]
+    assert told == {name: item.value for name, item in metrics.items() if item.value is not None}
+    assert len(places["table"].read_text("utf-8").splitlines()) == 1 + int(done.trace.length[0])
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["cr", "osi", "r.csv", "r.mcap"]
+    assert len(contents(places["commonroad"])) == 2
+    assert len(read_osi(places["osi"], "GroundTruth")) == int(done.trace.length[0])
+    first = contents(places["osi"])
+    handing_out(osi=places["osi"])(done)
+    assert contents(places["osi"]) == first
+
+
+def test_campaign_is_exported_run_by_run(mini: Executed, done: Execution, tmp_path: Path) -> None:
+    run = done.run.result_digest
+    assert export_osi(mini.db, None, tmp_path / "out", [run[:12], run[:12]]) == 1
+    handing_out(osi=tmp_path / "one")(done)
+    assert contents(tmp_path / "out") == contents(tmp_path / "one")
+
+
+@pytest.mark.slow
+def test_all_runs_of_a_campaign_are_exported(mini: Executed, tmp_path: Path) -> None:
+    assert export_osi(mini.db, "1", tmp_path / "out") == 28
+    truths = [path for path in (tmp_path / "out").iterdir() if "_gt_" in path.name]
+    assert len(truths) == 28
+
+
+def test_folder_of_something_else_is_refused_before_anything_is_done(
+    mini: Executed, tmp_path: Path
+) -> None:
+    (tmp_path / "thesis.tex").write_text("mine")
+    for act in (
+        lambda: handing_out(osi=tmp_path),
+        lambda: handing_out(commonroad=tmp_path),
+        lambda: export_osi(mini.db, None, tmp_path),
+        lambda: export_osi(mini.db, None, mini.db.parent),
+    ):
+        with pytest.raises(UsageError, match="holds something else"):
+            act()
+    assert contents(tmp_path) == {"thesis.tex": b"mine"}
+
+
+@pytest.mark.parametrize(
+    ("package", "asked", "extra"),
+    [("foxglove", "mcap", "viz"), ("mcap", "mcap", "viz"), ("osi3", "osi", "osi")],
+)
+def test_missing_extra_is_told_before_anything_is_done(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, package: str, asked: str, extra: str
+) -> None:
+    for name in [*sys.modules]:
+        if name.partition(".")[0] == package or name.startswith("adeye.exchange."):
+            monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, package, None)
+    with pytest.raises(InputError, match=rf"needs adeye\[{extra}\]"):
+        handing_out(**{asked: tmp_path / "out"})
+
+
+def test_running_a_campaign_loads_no_library_of_viewers() -> None:
+    script = (
+        "import sys, adeye.cli.run, adeye.campaign.run, adeye.campaign.work, adeye.reporting\n"
+        "print(sorted({'foxglove', 'mcap', 'osi3', 'google'} & set(sys.modules)))"
+    )
+    assert subprocess.check_output([sys.executable, "-c", script], text=True).strip() == "[]"
