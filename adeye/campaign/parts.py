@@ -23,17 +23,18 @@ from adeye.identity import file_digest
 from adeye.judge.metrics import METRICS, register_metric
 from adeye.plugin_code import code_digest, files_digest, imports_beside, package_files, with_imports
 from adeye.plugins import Part, ReadFile
+from adeye.simulate.bridges import middleware
 from adeye.simulate.channels.factory import BUILT_IN as BUILT_IN_CHANNELS
 from adeye.simulate.channels.factory import make_channel, plugin_channel
 from adeye.simulate.channels.fmu import wire_channel
 from adeye.simulate.channels.policy import load_policy
 from adeye.simulate.channels.process.channel import HERE, command_files, find_program
 from adeye.spec.channels import (
+    CommandChannel,
     FmuChannel,
     HostedChannel,
     PluginChannel,
     PolicyChannel,
-    ProcessChannel,
 )
 from adeye.spec.quantity import IDENTIFIER
 from adeye.spec.sensors import PluginSensor
@@ -103,7 +104,9 @@ def load_code(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> P
             with placed(where, keeps_place=True):
                 named.append(load_policy(channel.parameters.policy, folder))
             continue
-        if isinstance(channel, ProcessChannel):
+        if isinstance(channel, CommandChannel):
+            with placed(loaded.locate(("channels", name, "kind")), f"channel {name}: "):
+                middleware.require(channel.kind)
             where = loaded.locate(("channels", name, "parameters", "command"))
             with placed(where, f"channel {name}: "):
                 find_program(channel.parameters.command, folder)
@@ -150,7 +153,7 @@ def _named(architecture: Architecture, name: str) -> list[tuple[plugins.Loc, str
     """List where in a channel's record which file is named."""
     channel = architecture.channels[name]
     found: list[tuple[plugins.Loc, str]] = []
-    if isinstance(channel, ProcessChannel):
+    if isinstance(channel, CommandChannel):
         files = command_files(channel.parameters.command)
         found += [(("parameters", "command", at), file) for at, file in files.items()]
     if isinstance(channel, FmuChannel):
@@ -175,7 +178,7 @@ def _files(loaded: Loaded[Architecture]) -> Iterator[ReadFile]:
                 )
             # The first word that names a file is the program or its script.
             found[file.path] = ""
-            if len(found) == 1 and isinstance(spec, ProcessChannel):
+            if len(found) == 1 and isinstance(spec, CommandChannel):
                 found[file.path] = spec.parameters.command[0]
             yield file
         # What Python finds beside its program is a part of it, listed or not.

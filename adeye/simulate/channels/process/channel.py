@@ -583,6 +583,16 @@ class HostedChannel:
 class ProcessChannel(HostedChannel):
     """Asks the program of each run for a command at each tick."""
 
+    def __init__(self, base_dir: Path, before: Sequence[str] = ()) -> None:
+        """Remember where files are looked for.
+
+        Args:
+            base_dir: Folder of the file that names them.
+            before: Program that is given the command of the channel, to ask it by other means.
+        """
+        super().__init__(base_dir)
+        self._before = tuple(before)
+
     def reset(self, context: ChannelContext) -> None:
         """Start the program of every run and exchange first lines.
 
@@ -593,7 +603,8 @@ class ProcessChannel(HostedChannel):
         named = [item.command for item in context.parameters]
         argvs = {command: find_program(command, self._base_dir) for command in dict.fromkeys(named)}
         hellos = [protocol.hello(context, run) for run in range(context.runs)]
-        self._begin(context, [argvs[command] for command in named], hellos, protocol.PROTOCOL)
+        started = [(*self._before, *argvs[command]) for command in named]
+        self._begin(context, started, hellos, protocol.PROTOCOL)
 
     def act(self, observation: Observation) -> ControlCommand:
         """Ask the program of every run that has not ended."""
