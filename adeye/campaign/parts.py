@@ -104,16 +104,8 @@ def load_code(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> P
             with placed(where, keeps_place=True):
                 named.append(load_policy(channel.parameters.policy, folder))
             continue
-        if isinstance(channel, CommandChannel):
-            with placed(loaded.locate(("channels", name, "kind")), f"channel {name}: "):
-                middleware.require(channel.kind)
-            where = loaded.locate(("channels", name, "parameters", "command"))
-            with placed(where, f"channel {name}: "):
-                find_program(channel.parameters.command, folder)
-            continue
-        if isinstance(channel, FmuChannel):
-            with placed(loaded.locate(("channels", name, "parameters")), f"channel {name}: "):
-                wire_channel(channel.parameters, folder)
+        if isinstance(channel, HostedChannel):
+            _require_program(loaded, name, channel)
             continue
         if channel.kind in BUILT_IN_CHANNELS:
             made = make_channel(channel.kind, folder, channel.parameters)
@@ -138,6 +130,19 @@ def load_code(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> P
                 )
             monitors.append(monitor)
     return Parts(tuple(named), tuple(monitors), metrics)
+
+
+def _require_program(loaded: Loaded[Architecture], name: str, channel: HostedChannel) -> None:
+    """Refuse a channel whose program, FMU or middleware is not there."""
+    folder = loaded.path.parent
+    with placed(loaded.locate(("channels", name, "kind")), f"channel {name}: "):
+        middleware.require(channel.kind)
+    key = ("command",) if isinstance(channel, CommandChannel) else ()
+    with placed(loaded.locate(("channels", name, "parameters", *key)), f"channel {name}: "):
+        if isinstance(channel, FmuChannel):
+            wire_channel(channel.parameters, folder)
+        else:
+            find_program(channel.parameters.command, folder)
 
 
 def named_files(architecture: Architecture) -> dict[str, tuple[str, ...]]:

@@ -40,7 +40,7 @@ class Peer:
         """Start the master at a free port and make publishers and subscriber."""
         self._topics = Topics(hello, 1)
         folder = str(Path.cwd())
-        beside = (Path(word).parent for word in sys.argv[4:] if word.startswith("/"))
+        beside = (Path(word).parent for word in sys.argv[3:] if word.startswith("/"))
         told = {
             "ROS_IP": "127.0.0.1",
             "ROS_HOME": folder,

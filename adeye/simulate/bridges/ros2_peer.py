@@ -13,8 +13,16 @@ import types
 from typing import TYPE_CHECKING, Any, Final
 from uuid import uuid4
 
-from cyclonedds.core import DDSException, Policy, Qos, WaitSet
-from cyclonedds.core import InstanceState, ReadCondition, SampleState, ViewState
+from cyclonedds.core import (
+    DDSException,
+    InstanceState,
+    Policy,
+    Qos,
+    ReadCondition,
+    SampleState,
+    ViewState,
+    WaitSet,
+)
 from cyclonedds.domain import Domain, DomainParticipant
 from cyclonedds.idl import IdlStruct
 from cyclonedds.idl import types as idl

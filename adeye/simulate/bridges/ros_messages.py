@@ -210,7 +210,7 @@ class Topics:
             y = math.cos(yaw) * across - math.sin(yaw) * along
             heading = -yaw
         pose = _pose(x, y, heading)
-        known = {"id": int(kind), "score": 1.0}
+        known: dict[str, Any] = {"id": int(kind), "score": 1.0}
         if self._version == 2:
             known = {"hypothesis": {"class_id": str(int(kind)), "score": 1.0}}
         return {

@@ -4,12 +4,14 @@ It is told by ``values`` which: ``misdeed`` and ``at``. What must come of it is 
 """
 
 import json
+import math
 import os
 import queue
 import signal
 import sys
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, NamedTuple
 
 COMPLETED = ""
@@ -56,7 +58,7 @@ def stamp(tick: int) -> tuple[int, int]:
     return divmod(tick * 50_000_000, 10**9)
 
 
-def on_zenoh(is_wrong: bool) -> Link:
+def on_zenoh(*, is_wrong: bool) -> Link:
     import zenoh
 
     heard: queue.Queue[bytes] = queue.Queue()
@@ -71,14 +73,14 @@ def on_zenoh(is_wrong: bool) -> Link:
     command.put(b"\xff{" if is_wrong else json.dumps({"hello": json.loads(heard.get())["hello"]}))
 
     def answer(tick: int, acceleration: float) -> None:
-        value = acceleration if acceleration == acceleration else None
+        value = None if math.isnan(acceleration) else acceleration
         content = {"tick": tick, "acceleration": value, "steering_angle": 0.0}
         command.put(json.dumps(content))
 
     return Link(lambda: int(json.loads(heard.get())["tick"]), answer, session.close)
 
 
-def on_ros2(is_wrong: bool) -> Link:
+def on_ros2(*, is_wrong: bool) -> Link:
     from cyclonedds.domain import DomainParticipant
     from cyclonedds.pub import DataWriter
     from cyclonedds.sub import DataReader
@@ -96,7 +98,7 @@ def on_ros2(is_wrong: bool) -> Link:
 
     def ask() -> int:
         time = reader.take_one().clock
-        return (time.sec * 10**9 + time.nanosec) // 50_000_000
+        return int(time.sec * 10**9 + time.nanosec) // 50_000_000
 
     def answer(tick: int, acceleration: float) -> None:
         sec, nanosec = stamp(tick)
@@ -114,7 +116,7 @@ def on_ros2(is_wrong: bool) -> Link:
     return Link(ask, answer, close)
 
 
-def on_ros1(is_wrong: bool) -> Link:
+def on_ros1(*, is_wrong: bool) -> Link:
     import rospy
     from ackermann_msgs.msg import AckermannDriveStamped
     from rosgraph_msgs.msg import Clock
@@ -149,7 +151,8 @@ def sin(link: Link, name: str, tick: int) -> None:
     if name == "crashes":
         os.kill(os.getpid(), signal.SIGSEGV)
     if name == "dies":
-        print("it was too much", flush=True)
+        sys.stdout.write("it was too much\n")
+        sys.stdout.flush()
         os._exit(3)
     if name == "closes":
         link.close()
@@ -165,15 +168,15 @@ def sin(link: Link, name: str, tick: int) -> None:
 
 
 def main() -> None:
-    with open(os.environ["ADEYE_HELLO"]) as file:
-        values = json.load(file)["parameters"]["values"]
+    hello = json.loads(Path(os.environ["ADEYE_HELLO"]).read_text())
+    values = hello["parameters"]["values"]
     name, at = values["misdeed"], values["at"]
     if name == "ends_at_once":
         sys.exit(4)
     if name == "never_connects":
         time.sleep(60)
     links = {"zenoh": on_zenoh, "ros1": on_ros1, "ros2": on_ros2}
-    link = links[values["middleware"]](name == "wrong_type")
+    link = links[values["middleware"]](is_wrong=name == "wrong_type")
     while True:
         tick = link.ask()
         if name == "floods" and tick:
