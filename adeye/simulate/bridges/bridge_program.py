@@ -108,6 +108,10 @@ class Node:
         msg = f"its node ended {how}{said}"
         raise BridgeError(msg)
 
+    def kill(self) -> None:
+        """End it, if it has not ended."""
+        self._process.kill()
+
     def _listen(self) -> None:
         """Pass on what it prints, and keep the end of it."""
         assert self._process.stdout is not None
@@ -126,16 +130,19 @@ def serve(peer: Peer, argv: Sequence[str], lines: Any, answer: Callable[[Any], N
     line: bytes = lines.readline()
     Path(HELLO).write_bytes(line)
     node = Node(argv, {"ADEYE_HELLO": str(Path(HELLO).resolve()), **peer.open(json.loads(line))})
-    _settle(peer, node)
-    content = peer.greet(line)
-    while content is None:
-        node.require()
-        content = peer.receive(WATCH_S)
-    answer(content)
-    for line in lines:
-        shown = json.loads(line)
-        peer.publish(line, shown)
-        answer(_answer(peer, node, shown["tick"]))
+    try:
+        _settle(peer, node)
+        content = peer.greet(line)
+        while content is None:
+            node.require()
+            content = peer.receive(WATCH_S)
+        answer(content)
+        for line in lines:
+            shown = json.loads(line)
+            peer.publish(line, shown)
+            answer(_answer(peer, node, shown["tick"]))
+    finally:
+        node.kill()
 
 
 def _settle(peer: Peer, node: Node) -> None:

@@ -76,7 +76,8 @@ class Peer:
 
     def links(self) -> int:
         """Count the connections of all topics."""
-        heard = self._subscriber.get_num_connections()
+        # rospy counts those that it tries, too; those of another type it tries for ever.
+        heard = sum(item.md5sum is not None for item in self._subscriber.impl.connections)
         told = sum(item.get_num_connections() for item in self._publishers.values())
         return heard + told if heard and told else 0
 

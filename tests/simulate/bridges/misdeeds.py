@@ -12,7 +12,7 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 COMPLETED = ""
 TICKS = 6
@@ -108,10 +108,7 @@ def on_ros2(*, is_wrong: bool) -> Link:
         )
 
     def close() -> None:
-        from cyclonedds.core import Entity
-
-        delete: Any = Entity._delete
-        delete(participant._ref)
+        participant._delete(participant._ref)
 
     return Link(ask, answer, close)
 

@@ -350,7 +350,7 @@ def test_safety_channel_takes_over_from_a_killed_node(make_project: MakeProject,
     assert row["verdicts"]["FSR-02"] == "PASS"
     query = "SELECT time_s FROM v_timeline WHERE text LIKE 'authority to safety from nominal%'"
     ((time,),) = run_query(project.folder / "0.db", query).rows
-    assert time == pytest.approx(2.1, abs=0.06)
+    assert 2.0 < time < 2.5
 
 
 @pytest.mark.slow
