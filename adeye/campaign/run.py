@@ -33,6 +33,7 @@ from adeye.errors import ASKED_TO_END, AdeyeError, InputError, UsageError
 from adeye.judge.verdict import ExitCode, exit_code
 from adeye.kernel.jit import is_cache_warm
 from adeye.notices import meanwhile, notice
+from adeye.simulate.bridges.middleware import COUNTS_AS, MIDDLEWARE
 from adeye.simulate.channels.factory import HOSTED
 from adeye.simulate.channels.process.channel import MOST_PROGRAMS
 from adeye.simulate.recorder import trace_bytes
@@ -500,8 +501,9 @@ def fitting(examples: Sequence[TestCase]) -> int:
 
 
 def _programs(architecture: Architecture) -> int:
-    """Count the channels that have a program of their own in each run."""
-    return sum(channel.kind in HOSTED for channel in architecture.channels.values())
+    """Count the programs of a run: those of channels that have one of their own."""
+    kinds = [channel.kind for channel in architecture.channels.values()]
+    return sum(COUNTS_AS if kind in MIDDLEWARE else kind in HOSTED for kind in kinds)
 
 
 def _block_size(planned: int, most: int) -> int:

@@ -23,6 +23,10 @@ MIDDLEWARE: Final[Mapping[str, tuple[str, str]]] = {
 }
 """The package that each needs, and where to get it, by the kind of channel."""
 
+COUNTS_AS: Final = 8
+"""Programs that a node counts as where programs at once are bounded: two interpreters and a
+middleware take up to 60 MiB and 0.3 s of two processors each time. Our choice."""
+
 
 def require(kind: str) -> None:
     """Refuse a kind of channel whose middleware is not installed; others pass.

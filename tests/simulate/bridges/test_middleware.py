@@ -12,10 +12,12 @@ from typing import Any, get_args
 import numpy as np
 import pytest
 
+from adeye.campaign.run import fitting
 from adeye.errors import InputError
 from adeye.signals import SILENT, ControlCommand, Observation
 from adeye.simulate.bridges import middleware, ros_messages
 from adeye.simulate.channels.factory import make_channel
+from adeye.simulate.channels.process.channel import MOST_PROGRAMS
 from adeye.spec.channels import RosParameters, Topic
 from adeye.store.read.query import run_query
 from adeye.testing import channel_context
@@ -321,6 +323,12 @@ def drive(project: Project, repetitions: int) -> dict[str, Any]:
 def python_of_the_project(monkeypatch: pytest.MonkeyPatch) -> None:
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     monkeypatch.setenv("PATH", path)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_fewer_nodes_than_programs_run_at_once(make_project: MakeProject, kind: str) -> None:
+    plan = settled(make_project, f"on_{kind}").plan()
+    assert fitting(plan.examples()) == MOST_PROGRAMS // middleware.COUNTS_AS
 
 
 @pytest.mark.slow
