@@ -38,7 +38,14 @@ ALONE = [
     ROOT / "docs" / "guide" / f"{name}.md"
     for name in (
         *("channel-tiers", "channels", "ci", "concepts-and-fsrs", "coverage", "evidence"),
-        *("gymnasium", "odd", "preventability", "process-channels", "reference-drivers"),
+        *(
+            "gymnasium",
+            "odd",
+            "middleware",
+            "preventability",
+            "process-channels",
+            "reference-drivers",
+        ),
         *("results-and-sql", "scale", "scenarios", "security", "selftest", "staleness"),
         *("team-database", "temporal-logic", "viewers"),
     )

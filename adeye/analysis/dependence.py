@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, Final, Literal, get_args
 
 from adeye.spec.architecture import ACTUATORS, HEALTH
 from adeye.spec.channels import (
+    CommandChannel,
     FmuChannel,
     HostedChannel,
     PluginChannel,
     PolicyChannel,
-    ProcessChannel,
     SafetyChannel,
 )
 
@@ -347,7 +347,7 @@ def _own_code(channel: Channel) -> Iterator[tuple[str, str]]:
         yield _source(channel.kind), "code of both plug-ins"
     if isinstance(channel, PolicyChannel):
         yield _source(channel.parameters.policy), "code of both policies"
-    if isinstance(channel, ProcessChannel):
+    if isinstance(channel, CommandChannel):
         program, *rest = channel.parameters.command
         yield posixpath.normpath(program), "program of both, in a process of each one's own"
         for word in rest:

@@ -23,6 +23,7 @@ from adeye.identity import file_digest
 from adeye.judge.metrics import METRICS, register_metric
 from adeye.plugin_code import code_digest, files_digest, imports_beside, package_files, with_imports
 from adeye.plugins import Part, ReadFile
+from adeye.simulate.bridges import middleware
 from adeye.simulate.channels.factory import BUILT_IN as BUILT_IN_CHANNELS
 from adeye.simulate.channels.factory import make_channel, plugin_channel
 from adeye.simulate.channels.fmu import wire_channel
@@ -30,11 +31,11 @@ from adeye.simulate.channels.policy import load_policy
 from adeye.simulate.channels.process.channel import HERE, command_files, find_program
 from adeye.simulate.traffic.plant import wire_plant
 from adeye.spec.channels import (
+    CommandChannel,
     FmuChannel,
     HostedChannel,
     PluginChannel,
     PolicyChannel,
-    ProcessChannel,
 )
 from adeye.spec.quantity import IDENTIFIER
 from adeye.spec.sensors import PluginSensor
@@ -106,7 +107,7 @@ def load_code(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> P
                 named.append(load_policy(channel.parameters.policy, folder))
             continue
         if isinstance(channel, HostedChannel):
-            _check_program(loaded, name, channel)
+            _require_program(loaded, name, channel)
             continue
         if channel.kind in BUILT_IN_CHANNELS:
             made = make_channel(channel.kind, folder, channel.parameters)
@@ -141,14 +142,17 @@ def _check_plant(loaded: Loaded[Architecture]) -> None:
             wire_plant(plant, loaded.path.parent)
 
 
-def _check_program(loaded: Loaded[Architecture], name: str, channel: HostedChannel) -> None:
-    """Look whether the program of a channel is there, and an FMU is wired to what it has."""
-    of = "command" if isinstance(channel, ProcessChannel) else "file"
-    with placed(loaded.locate(("channels", name, "parameters", of)), f"channel {name}: "):
-        if isinstance(channel, ProcessChannel):
-            find_program(channel.parameters.command, loaded.path.parent)
+def _require_program(loaded: Loaded[Architecture], name: str, channel: HostedChannel) -> None:
+    """Refuse a channel whose program, FMU or middleware is not there."""
+    folder = loaded.path.parent
+    with placed(loaded.locate(("channels", name, "kind")), f"channel {name}: "):
+        middleware.require(channel.kind)
+    key = ("command",) if isinstance(channel, CommandChannel) else ()
+    with placed(loaded.locate(("channels", name, "parameters", *key)), f"channel {name}: "):
+        if isinstance(channel, FmuChannel):
+            wire_channel(channel.parameters, folder)
         else:
-            wire_channel(channel.parameters, loaded.path.parent)
+            find_program(channel.parameters.command, folder)
 
 
 def named_files(architecture: Architecture) -> dict[str, tuple[str, ...]]:
@@ -164,7 +168,7 @@ def _named(architecture: Architecture, name: str) -> list[tuple[plugins.Loc, str
     """List where in a channel's record which file is named."""
     channel = architecture.channels[name]
     found: list[tuple[plugins.Loc, str]] = []
-    if isinstance(channel, ProcessChannel):
+    if isinstance(channel, CommandChannel):
         files = command_files(channel.parameters.command)
         found += [(("parameters", "command", at), file) for at, file in files.items()]
     if isinstance(channel, FmuChannel):
@@ -193,7 +197,7 @@ def _files(loaded: Loaded[Architecture]) -> Iterator[ReadFile]:
                 )
             # The first word that names a file is the program or its script.
             found[file.path] = ""
-            if len(found) == 1 and isinstance(spec, ProcessChannel):
+            if len(found) == 1 and isinstance(spec, CommandChannel):
                 found[file.path] = spec.parameters.command[0]
             yield file
         # What Python finds beside its program is a part of it, listed or not.

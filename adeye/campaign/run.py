@@ -33,6 +33,7 @@ from adeye.errors import ASKED_TO_END, AdeyeError, InputError, UsageError
 from adeye.judge.verdict import ExitCode, exit_code
 from adeye.kernel.jit import is_cache_warm
 from adeye.notices import meanwhile, notice
+from adeye.simulate.bridges.middleware import COUNTS_AS, MIDDLEWARE
 from adeye.simulate.channels.factory import HOSTED
 from adeye.simulate.channels.process.channel import MOST_PROGRAMS
 from adeye.simulate.recorder import trace_bytes
@@ -500,9 +501,10 @@ def fitting(examples: Sequence[TestCase]) -> int:
 
 
 def _programs(architecture: Architecture) -> int:
-    """Count the parts that have a program of their own in each run."""
+    """Count the programs of a run: those of channels that have one of their own, of the vehicle."""
+    kinds = [channel.kind for channel in architecture.channels.values()]
     has_plant = architecture.vehicle.plant is not None
-    return has_plant + sum(channel.kind in HOSTED for channel in architecture.channels.values())
+    return has_plant + sum(COUNTS_AS if kind in MIDDLEWARE else kind in HOSTED for kind in kinds)
 
 
 def _block_size(planned: int, most: int) -> int:

@@ -391,6 +391,21 @@ class ProcessParameters(ProgramParameters):
     """What the program is told about how to drive, as identified: keys sorted, text in NFC."""
 
 
+Topic = Literal[
+    "tf", "odom", "objects", "imu", "fix", "points", "adeye/observation", "clock", "ackermann_cmd"
+]
+TopicName = Annotated[
+    str, StringConstraints(pattern="^[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)*$")
+]
+
+
+class RosParameters(ProcessParameters):
+    """ROS channel: a program that is a node, and what its topics are called."""
+
+    topics: dict[Topic, TopicName] = {}
+    """Names of topics that it calls otherwise, without the slash at the beginning."""
+
+
 EGO_SIGNALS: Final[Mapping[str, Dimension]] = {
     "speed": Dimension.SPEED,
     "acceleration": Dimension.ACCELERATION,
@@ -622,10 +637,17 @@ class PolicyChannel(_OutsideChannel):
 
 
 class ProcessChannel(_OutsideChannel):
-    """The built-in channel that asks a program of any language."""
+    """The built-in channel that asks a program of any language: over pipes, or over zenoh."""
 
-    kind: Literal["process"]
+    kind: Literal["process", "zenoh"]
     parameters: ProcessParameters
+
+
+class RosChannel(_OutsideChannel):
+    """The built-in channel that asks a node of ROS 1, or of ROS 2 over Cyclone DDS."""
+
+    kind: Literal["ros1", "ros2"]
+    parameters: RosParameters
 
 
 class FmuChannel(_OutsideChannel):
@@ -635,7 +657,10 @@ class FmuChannel(_OutsideChannel):
     parameters: FmuParameters
 
 
-HostedChannel = ProcessChannel | FmuChannel
+CommandChannel = ProcessChannel | RosChannel
+"""Channels whose program is a command of the user."""
+
+HostedChannel = CommandChannel | FmuChannel
 """Channels with a program of their own in each run."""
 
 
@@ -653,6 +678,7 @@ BuiltInChannel = Annotated[
     | ReferenceChannel
     | PolicyChannel
     | ProcessChannel
+    | RosChannel
     | FmuChannel,
     Field(discriminator="kind"),
 ]

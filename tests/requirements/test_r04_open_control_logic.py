@@ -6,7 +6,9 @@ from typing import get_args
 
 import pytest
 
+from adeye.simulate.bridges.middleware import MIDDLEWARE
 from adeye.simulate.channels.factory import BUILT_IN
+from adeye.simulate.channels.fmu import FmuChannel
 from adeye.simulate.channels.policy import PolicyChannel
 from adeye.simulate.channels.process.channel import ProcessChannel
 from adeye.spec.channels import BuiltInChannel
@@ -39,14 +41,23 @@ def keep(observation):
     return 0.0, -0.02 * ego[4] - 0.4 * ego[3]
 '''
 
-CHANNELS = {**BUILT_IN, "policy": PolicyChannel, "process": ProcessChannel}
+CHANNELS = {
+    **BUILT_IN,
+    "policy": PolicyChannel,
+    "process": ProcessChannel,
+    "fmu": FmuChannel,
+}
 
 
 def test_every_built_in_kind_of_channel_is_here() -> None:
     union, *_ = get_args(BuiltInChannel)
-    assert CHANNELS.keys() == {
-        get_args(record.model_fields["kind"].annotation)[0] for record in get_args(union)
+    kinds = {
+        kind
+        for record in get_args(union)
+        for kind in get_args(record.model_fields["kind"].annotation)
     }
+    # Behind a middleware is a program.
+    assert kinds == {*CHANNELS, *MIDDLEWARE}
 
 
 @pytest.mark.parametrize("kind", CHANNELS)

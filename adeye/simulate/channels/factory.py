@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 from pydantic import BaseModel
@@ -10,6 +11,7 @@ from pydantic import BaseModel
 from adeye.errors import SpecError
 from adeye.plugins import Part, load_part, names_in, require, validate_parameters
 from adeye.ports import HookedChannel
+from adeye.simulate.bridges.middleware import MIDDLEWARE, bridge
 from adeye.simulate.channels.fmu import FmuChannel
 from adeye.simulate.channels.guard import GuardedChannel
 from adeye.simulate.channels.nominal import NominalChannel
@@ -47,6 +49,7 @@ POLICY: Final = "policy"
 HOSTED: Final[Mapping[str, Callable[[Path], ControlChannel]]] = {
     "process": ProcessChannel,
     "fmu": FmuChannel,
+    **{kind: partial(ProcessChannel, before=bridge(kind)) for kind in MIDDLEWARE},
 }
 """Channels with a program of their own in each run, by kind; they contain what that does."""
 

@@ -174,6 +174,16 @@ class HostedChannel:
 class ProcessChannel(HostedChannel):
     """Asks the program of each run for a command at each tick."""
 
+    def __init__(self, base_dir: Path, before: Sequence[str] = ()) -> None:
+        """Remember where files are looked for.
+
+        Args:
+            base_dir: Folder of the file that names them.
+            before: Program that is given the command of the channel, to ask it by other means.
+        """
+        super().__init__(base_dir)
+        self._before = tuple(before)
+
     def reset(self, context: ChannelContext) -> None:
         """Start the program of every run and exchange first lines.
 
@@ -188,7 +198,7 @@ class ProcessChannel(HostedChannel):
         argvs = {item: find_program(item, self._base_dir) for item in commands}
         self._programs = self._children = Children()
         for run, item in enumerate(self._parameters):
-            argv, most = argvs[item.command], item.run_deadline
+            argv, most = (*self._before, *argvs[item.command]), item.run_deadline
             self._children.start(run, argv, ceilings_of(item), most)
         starts = {run: item.start_deadline for run, item in enumerate(self._parameters)}
         lines = {run: protocol.encode(protocol.hello(context, run)) for run in starts}
