@@ -10,12 +10,13 @@ import pytest
 
 pytest.importorskip("fmpy", reason="needs adeye[fmi]")
 
-SHIPPED = Path(__file__).resolve().parents[3] / "odd" / "architectures" / "fmus"
+ROOT = Path(__file__).resolve().parents[3]
+SHIPPED = ROOT / "odd" / "architectures" / "fmus"
 
 
 def _builder() -> Any:
     """Load the script that has built the FMUs of the catalogue."""
-    spec = spec_from_file_location("build_fmus", SHIPPED / "build_fmus.py")
+    spec = spec_from_file_location("build_fmus", ROOT / "scenarios_db" / "fmus" / "build_fmus.py")
     assert spec is not None
     assert spec.loader is not None
     module = sys.modules[spec.name] = module_from_spec(spec)

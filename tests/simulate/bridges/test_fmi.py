@@ -1,5 +1,6 @@
 """What an FMU says of itself, and how its variables are wired to signals."""
 
+import shutil
 import sys
 import zipfile
 from pathlib import Path
@@ -11,7 +12,7 @@ from adeye.errors import InputError, SpecError
 from adeye.simulate.bridges import fmi
 from adeye.units import Dimension
 from tests.refusals import refused
-from tests.simulate.bridges.fmus import SI, Var, build_fmu, cruise
+from tests.simulate.bridges.fmus import SHIPPED, SI, Var, build_fmu, builder, cruise
 
 SPEED, LENGTH = Dimension.SPEED, Dimension.LENGTH
 
@@ -80,6 +81,18 @@ def test_start_value_that_cannot_be_set_is_refused(
     description: fmi.Description, start: dict[str, Any], says: str
 ) -> None:
     refused(SpecError, fmi.require_start, description, start, says=says)
+
+
+@pytest.mark.parametrize("name", ["single_track", "follow_and_keep"])
+def test_shipped_fmu_is_what_its_script_builds(name: str, tmp_path: Path) -> None:
+    if shutil.which("cc") is None:
+        pytest.skip("there is no C compiler")
+    builder.main(tmp_path)
+    for member in ("modelDescription.xml", "sources/model.c"):
+        made, shipped = (
+            zipfile.ZipFile(folder / f"{name}.fmu").read(member) for folder in (tmp_path, SHIPPED)
+        )
+        assert made == shipped
 
 
 def archive(path: Path, *members: tuple[zipfile.ZipInfo | str, bytes]) -> Path:

@@ -1,6 +1,6 @@
 """Build the FMUs of the catalogue: a vehicle with slip, and a controller for speed and lane.
 
-    python odd/architectures/fmus/build_fmus.py [FOLDER]
+    python scenarios_db/fmus/build_fmus.py [FOLDER]
 
 The files are what counts; this says how they came about and builds them again, for FMI 2.0 and
 64-bit Linux. Their C stands in them as ``sources/model.c``.
@@ -19,7 +19,7 @@ from xml.sax.saxutils import quoteattr
 
 import fmpy
 
-HERE = Path(__file__).resolve().parent
+FOLDER = Path(__file__).resolve().parents[2] / "odd" / "architectures" / "fmus"
 
 GUID = "{3f1c9c2e-0000-4000-8000-000000000001}"
 
@@ -276,4 +276,4 @@ def main(folder: Path) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]) if len(sys.argv) > 1 else HERE)
+    main(Path(sys.argv[1]) if len(sys.argv) > 1 else FOLDER)
