@@ -93,11 +93,26 @@ def with_imports(files: Iterable[File]) -> list[File]:
 
     Of an installed package it is the file with its name and version; of one that adeye itself needs
     and of the standard library, nothing. Of a package that is imported the code counts, but not its
-    data.
+    data. Of a source that imports by name it is all that can be imported in its folder and below.
     """
-    found = list(files)
-    own, installed = _imports(found)
-    return [*found, *(file for code in own.values() for file in code), *_releases(installed)]
+    own, installed = _imports(found := list(files))
+    imported = [file for code in own.values() for file in code]
+    beside = _by_name([*found, *imported])
+    # Under one label, whether what is beside has been put on the path by now or not.
+    known = {path.resolve() for _, path in beside}
+    found += [file for file in imported if file[1].resolve() not in known]
+    return [*found, *beside, *_releases(installed)]
+
+
+def _by_name(files: Sequence[File]) -> list[File]:
+    """List what may be imported of the folders of sources that import by name, these left out."""
+    sources = [path for _, path in files if path.suffix == ".py" and not _is_installed(path)]
+    named = [path for path in sources if _imported(path) is None]
+    return [
+        (f"./{label}", path)
+        for label, path in package_files(dict.fromkeys(path.parent for path in named))
+        if path.suffix in _IMPORTABLE and path.resolve() not in {item.resolve() for item in named}
+    ]
 
 
 def own_imports(files: Iterable[File]) -> dict[str, list[File]]:
@@ -121,8 +136,8 @@ _MODULE: Final = re.compile(r"(\w+)(\.pyc?|(\.[\w-]+)?\.so)?")
 def imports_beside(program: Path, by: str = "") -> list[Path]:
     """List what is in the folder of a program that it imports, and what that imports.
 
-    Where that cannot be read, as of compiled code or in the syntax of another version, it is all
-    that can be imported.
+    Where that cannot be read, as of compiled code, in the syntax of another version or where it is
+    imported by name, it is all that can be imported.
 
     Args:
         program: Any file; what is no Python imports nothing.
@@ -242,9 +257,18 @@ def _imported(path: Path) -> frozenset[str] | None:
     return _names_in(path, state.st_mtime_ns, state.st_ctime_ns, state.st_size)
 
 
+_BY_NAME: Final = {"__import__", "exec", "eval", "importlib", "imp", "runpy", "zipimport"} | {
+    f"sys.{name}" for name in ("path", "meta_path", "path_hooks", "modules")
+}
+"""What a source uses that may import, or execute, what no statement of it names."""
+
+
 @lru_cache(maxsize=4096)
 def _names_in(path: Path, *_state: int) -> frozenset[str] | None:
-    """Return the top levels of the modules that a source imports anywhere; None if unreadable."""
+    """Return the top levels of the modules that a source imports anywhere.
+
+    None if it cannot be read, or may import what no statement names.
+    """
     try:
         tree = ast.parse(path.read_bytes())
     except (SyntaxError, ValueError):  # of a plug-in refused where it is executed
@@ -255,7 +279,14 @@ def _names_in(path: Path, *_state: int) -> frozenset[str] | None:
             names |= {item.name.partition(".")[0] for item in node.names}
         elif isinstance(node, ast.ImportFrom) and not node.level and node.module:
             names.add(node.module.partition(".")[0])
-    return frozenset(names - {"adeye"})
+            names |= {f"sys.{item.name}" for item in node.names if node.module == "sys"}
+        elif isinstance(node, ast.Name) and node.id in _BY_NAME:
+            return None
+        elif isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
+            names.add(f"{node.value.id}.{node.attr}")
+    if names & _BY_NAME:
+        return None
+    return frozenset(name for name in names if "." not in name and name != "adeye")
 
 
 def _own(name: str) -> list[File] | None:

@@ -17,6 +17,7 @@ from adeye.campaign import parts as delivered
 from adeye.errors import InputError, IntegrityError, SpecError
 from adeye.judge.metrics import METRICS, register_metric
 from adeye.judge.verdict import Verdict
+from adeye.plugin_code import with_imports
 from adeye.plugins import load_part
 from adeye.spec.load import load_architecture, load_odd
 from adeye.store.tables import METRIC_IDS
@@ -203,6 +204,47 @@ def test_what_another_python_imports_beside_a_program_is_part_of_the_identity(
     (folder / "helper.cpython-399-x86_64-linux-gnu.so").unlink()
     found = process_parts(project, "python3", "./drive")
     assert [item.name for item in found.files] == ["./drive", "./near.py"]
+
+
+BY_NAME = (
+    'import importlib\nimportlib.import_module("near")',
+    'import importlib.util\nimportlib.util.spec_from_file_location("n", "near.py")',
+    'from importlib import import_module\nimport_module("near")',
+    'import sys\nsys.path.insert(0, "lib")\nimport far',
+    'from sys import path\npath.insert(0, "lib")\nimport far',
+    '__import__("near")',
+    'exec(open("near.py").read())',
+    'import runpy\nrunpy.run_path("near.py")',
+)
+"""Sources that import, or execute, what no statement of them names."""
+
+
+@pytest.mark.parametrize("source", BY_NAME)
+def test_program_that_imports_by_name_counts_with_all_that_it_may_import(
+    project: Project, source: str
+) -> None:
+    folder = project.folder / "odd/architectures"
+    (folder / "lib").mkdir()
+    for name in ("near.py", "lib/far.py", "lib/data.txt"):
+        (folder / name).write_text("SPEED = 3")
+    (folder / "own.py").unlink()
+    (folder / "drive.py").write_text(source)
+    found = process_parts(project, "python3", "./drive.py")
+    assert [item.name for item in found.files] == ["./drive.py", "./lib/far.py", "./near.py"]
+
+
+@pytest.mark.parametrize("source", BY_NAME)
+def test_plugin_that_imports_by_name_counts_with_all_that_it_may_import(
+    tmp_path: Path, source: str
+) -> None:
+    (tmp_path / "lib").mkdir()
+    for name in ("near.py", "lib/far.py"):
+        (tmp_path / name).write_text("SPEED = 3")
+    (tmp_path / "mine.py").write_text(source)
+    files = [("mine.py", tmp_path / "mine.py")]
+    assert {name for name, _ in with_imports(files)} == {"mine.py", "./lib/far.py", "./near.py"}
+    (tmp_path / "mine.py").write_text("import os\nHERE = os.path.curdir")
+    assert with_imports(files) == files
 
 
 @pytest.mark.parametrize("tag", [sys.implementation.cache_tag, "cpython-399"])
