@@ -163,8 +163,8 @@ def test_fmu_that_misbehaves_is_silent_in_its_run_and_no_other(name: str, tmp_pa
     step, more, outcome, says = FAILS[name]
     cruise(tmp_path, step, name="bad", **more)
     cruise(tmp_path)
-    limits = {"memory_mib": 1024}
-    bad = parameters(file="./bad.fmu", step_deadline="2 s", limits=limits)
+    deadline = "2 s" if outcome == "channel_timeout" else "30 s"
+    bad = parameters(file="./bad.fmu", step_deadline=deadline, limits={"memory_mib": 1024})
     channel = begun(tmp_path, bad, parameters())
     answers = ask(channel, [20.0, 20.0], 5)
     event, other = channel.events
