@@ -452,14 +452,17 @@ class Source:
 class Unchanged:
     """Compares plug-ins and the files that they read with what the plan found.
 
-    A file is hashed again only if the system says that it was written, so that asking after each
-    block costs next to nothing.
+    Code is hashed again only if the system says that it was written, so that asking after each
+    block costs next to nothing. A file that runs read may not be written at all meanwhile: it may
+    have been another one while a run read it, and be put back since.
     """
 
     def __init__(self, plan: CampaignPlan | Iterable[Source]) -> None:
         """Take down what a plan found, or was told to have found; nothing is compared yet."""
         found = plan if isinstance(plan, Iterable) else sources(plan)
         self._seen: dict[Source, _Signature | None] = dict.fromkeys(found)
+        read = [source for source in self._seen if source.path is not None]
+        self._begun: dict[Source, _Signature] = {source: _signature(source) for source in read}
 
     def check(self) -> None:
         """Compare.
@@ -472,11 +475,12 @@ class Unchanged:
             now = _signature(source)
             if now == before:
                 continue
-            if not source.is_as_planned():
+            begun = self._begun.get(source)
+            if not source.is_as_planned() or begun not in {None, now}:
                 raise IntegrityError(
                     f"{source.name}, which {source.user} names, was changed after the campaign was "
-                    f"planned{_written(before, now)}. Results since the last block that was saved "
-                    "are thrown away; run again to go on with what is there now."
+                    f"planned{_written(before or begun, now)}. Results since the last block that "
+                    "was saved are thrown away; run again to go on with what is there now."
                 )
             self._seen[source] = now
 

@@ -506,11 +506,28 @@ def test_what_is_touched_is_hashed_once(watched: Project, monkeypatch: pytest.Mo
     for _ in range(3):
         unchanged.check()
     assert sorted(hashed) == sorted(NAMES)
-    for path in files(watched).values():
-        os.utime(path, (0, 0))
+    for name in NAMES[:2]:
+        os.utime(files(watched)[name], (0, 0))
     unchanged.check()
     unchanged.check()
-    assert sorted(hashed) == sorted(2 * NAMES)
+    assert sorted(hashed) == sorted([*NAMES, *NAMES[:2]])
+
+
+@pytest.mark.parametrize("name", NAMES[2:])
+@pytest.mark.parametrize("is_first", [True, False])
+def test_file_that_was_another_one_meanwhile_is_noticed(
+    watched: Project, name: str, *, is_first: bool
+) -> None:
+    path = files(watched)[name]
+    unchanged = delivered.Unchanged(watched.plan())
+    if not is_first:
+        unchanged.check()
+    original, state = path.read_bytes(), path.stat()
+    path.write_bytes(original + b"2")
+    path.write_bytes(original)
+    os.utime(path, ns=(state.st_atime_ns, state.st_mtime_ns))
+    told = refused(IntegrityError, unchanged.check, says="was changed after the campaign")
+    assert str(path) in str(told)
 
 
 def test_copy_of_the_same_size_and_time_is_noticed(watched: Project, tmp_path: Path) -> None:
