@@ -225,11 +225,11 @@ class Tasks(Iterator[BatchTask]):
 
     def fail(self, task: BatchTask, detail: str) -> None:
         """Take note that adeye itself failed in a task; it is tried again, piece by piece."""
-        for block in self._held[task.block]:
+        # What has been completed before a worker died is held no longer.
+        for block in self._held.pop(task.block, ()):
             self._repository.fail_block(block, detail)
             self._alone.add(block.id)
         self._given.pop(task.block, None)
-        del self._held[task.block]
         self.failures.append(detail)
 
     def release(self) -> None:
