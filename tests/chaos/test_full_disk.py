@@ -18,15 +18,15 @@ from tests.chaos import runners
 pytestmark = [pytest.mark.chaos, pytest.mark.slow]
 
 POINTS: Final = runners.size(6, 50)
+PAGE: Final = 4096
+"""Of the database [bytes]."""
 
 
 def test_file_that_may_not_grow_leaves_whole_blocks(little: runners.Undisturbed) -> None:
-    random = np.random.default_rng(runners.SEED)
-    bounds = written(little)
     kept = 0
-    for number in range(POINTS):
+    for number, size in enumerate(moments(little, runners.SEED)):
         db = f"limited-{number}.db"
-        said = little.adeye(*runners.run_of(db), fsize=int(random.uniform(*bounds)))
+        said = little.adeye(*runners.run_of(db), fsize=size)
         runners.assert_one_message(said, 5, db, "Check free space")
         kept += runners.assert_whole_blocks(little.folder / db)
         little.resume(db)
@@ -47,17 +47,15 @@ def small_disk(tmp_path: Path) -> Iterator[Path]:
 
 
 def test_full_disk_leaves_whole_blocks(little: runners.Undisturbed, small_disk: Path) -> None:
-    random = np.random.default_rng(runners.SEED + 1)
-    bounds = written(little)
     kept, slowest = 0, 0.0
-    for number in range(POINTS):
+    for number, size in enumerate(moments(little, runners.SEED + 1)):
         db = small_disk / f"full-{number}.db"
         shutil.rmtree(small_disk, ignore_errors=True)
         ballast = small_disk / "ballast"
         free = shutil.disk_usage(small_disk).free
         with ballast.open("wb") as file:
             # Database and log have to go into what is left.
-            os.posix_fallocate(file.fileno(), 0, free - int(random.uniform(*bounds)))
+            os.posix_fallocate(file.fileno(), 0, free - size)
         before = time.monotonic()
         said = little.adeye(*runners.run_of(str(db)))
         slowest = max(slowest, time.monotonic() - before)
@@ -71,11 +69,18 @@ def test_full_disk_leaves_whole_blocks(little: runners.Undisturbed, small_disk: 
     )
 
 
+def moments(whole: runners.Undisturbed, seed: int) -> list[int]:
+    """Return at how many bytes of the log there is no more room: at random, and near the end."""
+    low, high = written(whole)
+    random = np.random.default_rng(seed)
+    return [*(int(random.uniform(low, high)) for _ in range(POINTS - 1)), high - PAGE]
+
+
 def written(whole: runners.Undisturbed) -> tuple[int, int]:
-    """Find how large the log is [bytes] halfway in the schema and with the last block."""
-    fresh, again = whole.calls
+    """Find how large the log is [bytes] halfway in the schema, and when some blocks are in it."""
+    fresh, _ = whole.calls
     sizes = []
-    for number, call in enumerate((fresh // 2, fresh - again)):
+    for number, call in enumerate((fresh // 2, 3 * fresh // 4)):
         db = whole.killed_at(f"written-{number}.db", call)
         sizes.append(db.with_name(f"{db.name}-wal").stat().st_size)
     return sizes[0] // 2, sizes[1]
