@@ -8,6 +8,7 @@ True
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import gymnasium
@@ -29,7 +30,6 @@ from adeye.sweep.case import TestCase
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
-    from pathlib import Path
 
     from numpy.typing import NDArray
 
@@ -124,11 +124,13 @@ class TrafficVectorEnv(VectorEnv[Observation, Floats, Any]):
         self._scenario = (
             scenario if isinstance(scenario, LogicalScenario) else load_scenario(scenario).spec
         )
-        self._architecture = (
-            architecture
-            if isinstance(architecture, Architecture)
-            else load_architecture(architecture).spec
-        )
+        # Where the FMU of a vehicle is looked for.
+        self._folder = Path()
+        if isinstance(architecture, Architecture):
+            self._architecture = architecture
+        else:
+            loaded = load_architecture(architecture)
+            self._architecture, self._folder = loaded.spec, loaded.path.parent
         self._step = step
         self._backend = backend
         make_traffic(backend)
@@ -177,6 +179,7 @@ class TrafficVectorEnv(VectorEnv[Observation, Floats, Any]):
         cases = self._draw(runs) if given is None else list(given)
         self._check(cases, len(runs))
         traffic = make_traffic(self._backend)
+        traffic.base_dir = self._folder
         _, scene = traffic.reset(cases)
         for group in self._groups:
             group.without(begins)

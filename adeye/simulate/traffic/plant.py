@@ -59,22 +59,18 @@ class Plants:
     """The FMUs that move the egos of a batch, in the runs whose vehicle has one."""
 
     def __init__(self, plants: Mapping[int, Plant], base_dir: Path, step: float) -> None:
-        """Prepare; the FMUs are started by the first move.
+        """Prepare; the FMUs are read and started by the first move: worlds are made without, too.
 
         Args:
             plants: By run.
             base_dir: Folder of the file that names them.
             step: Of a tick [s].
-
-        Raises:
-            SpecError: There is no such FMU, or its variables do not fit.
         """
         self._step = step
+        self._base_dir = base_dir
         self._runs = list(plants)
         self._plants = [plants[run] for run in self._runs]
-        first = [self._plants.index(plant) for plant in self._plants]
-        known = {at: wire_plant(self._plants[at], base_dir) for at in dict.fromkeys(first)}
-        self._wired: list[Wired] = [known[at] for at in first]
+        self._wired: list[Wired] = []
         self._fmus: Fmus | None = None
 
     def move(
@@ -90,6 +86,7 @@ class Plants:
             states: (B, 7) out; rows of other runs are left alone.
 
         Raises:
+            SpecError: There is no such FMU, or its variables do not fit.
             PluginError: An FMU failed: there is no vehicle then.
         """
         fmus = self._fmus or self._start(before)
@@ -117,7 +114,10 @@ class Plants:
             self._fmus = None
 
     def _start(self, states: Floats) -> Fmus:
-        """Start the FMUs where the runs begin."""
+        """Read the FMUs and start them where the runs begin."""
+        first = [self._plants.index(plant) for plant in self._plants]
+        known = {at: wire_plant(self._plants[at], self._base_dir) for at in dict.fromkeys(first)}
+        self._wired = [known[at] for at in first]
         starts = []
         for run, wired in zip(self._runs, self._wired, strict=True):
             now = dict(zip(EGO_COLUMNS, states[run].tolist(), strict=True))

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.errors import PluginError
+from adeye.errors import PluginError, SpecError
 from adeye.signals import EGO_COLUMNS
 from adeye.simulate.traffic import make_traffic
 from adeye.sweep.case import TestCase
@@ -66,6 +66,14 @@ def test_runs_beside_it_change_no_bit(folder: Path) -> None:
     beside = drive([case(None), case(), case(mass=900.0)], folder)
     assert np.array_equal(beside[1], alone)
     assert np.array_equal(beside[0], drive([case(None)], folder)[0])
+
+
+def test_world_of_a_kept_trace_is_made_without_its_fmu(tmp_path: Path) -> None:
+    traffic = make_traffic("batch")
+    traffic.base_dir = tmp_path
+    _, scene = traffic.reset([case()])
+    assert scene.ego[0].tolist() == drive([case(None)], tmp_path, 0)[0][0].tolist()
+    refused(SpecError, traffic.step, np.zeros((1, 2)), says="is not there")
 
 
 def test_vehicle_whose_fmu_fails_ends_the_campaign(folder: Path) -> None:
