@@ -233,10 +233,11 @@ def visit(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
             RosParameters.model_validate(misdeed_parameters(request.param, name))
             for name in MISDEEDS
         ]
+        others = set(below(os.getpid()))  # of the tests before: they are no matter of this one
         open_before = len(list(Path("/proc/self/fd").iterdir()))
         channel: Any = make_channel(request.param, folder)
         channel.reset(channel_context(given, links=(), sensors={}, runs=len(given)))
-        started = below(os.getpid())
+        started = [pid for pid in below(os.getpid()) if pid not in others]
         ports = ports_of(started)
         assert ports
         running = np.ones(len(given), dtype=bool)
