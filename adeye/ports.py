@@ -71,8 +71,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from adeye.signals import Authority, Bools, Floats, Ints, RoadMap, SwitchFaults
-    from adeye.spec.architecture import Vehicle
-    from adeye.spec.switch import Switch
+    from adeye.spec.architecture import Switch, Vehicle
     from adeye.sweep.case import TestCase
 
 __all__ = [

@@ -10,7 +10,7 @@ from adeye import signals
 from adeye.ports import SwitchContext, SwitchModel
 from adeye.simulate.switch import make_switch
 from adeye.simulate.switch.arbiter import overriding
-from adeye.spec.switch import Switch
+from adeye.spec.architecture import Switch
 from adeye.sweep.case import AuthorityOverride
 from tests.motorway import make_case, make_scenario
 from tests.project import Executed, run_cases

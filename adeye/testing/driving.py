@@ -30,10 +30,9 @@ from adeye.simulate.channels.links import observe
 from adeye.simulate.channels.process.protocol import PROTOCOL
 from adeye.simulate.channels.scalar import ScalarChannel
 from adeye.simulate.switch import make_switch
-from adeye.spec.architecture import Vehicle
+from adeye.spec.architecture import Switch, Vehicle
 from adeye.spec.channels import Channel
 from adeye.spec.quantity import SI
-from adeye.spec.switch import Switch
 from adeye.testing.scenes import object_measurement, passenger_car, pose_measurement, straight_road
 
 if TYPE_CHECKING:

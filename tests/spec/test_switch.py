@@ -5,8 +5,8 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
+from adeye.spec.architecture import POLICY_KEYS, POLICY_NEEDS, Switch
 from adeye.spec.quantity import SI
-from adeye.spec.switch import KEYS, NEEDED, Switch
 from tests.refusals import refused
 from tests.stored import stored
 
@@ -46,9 +46,9 @@ def errors(content: dict[str, Any]) -> list[tuple[tuple[int | str, ...], str]]:
 
 
 def test_every_key_belongs_to_a_policy_that_is_not_stuck() -> None:
-    used = set().union(*(KEYS[name] for name in KEYS if name != "stuck"))
-    assert used == set(Switch.model_fields) == KEYS["stuck"]
-    assert all(set(keys) <= KEYS[name] for name, keys in NEEDED.items())
+    used = set().union(*(POLICY_KEYS[name] for name in POLICY_KEYS if name != "stuck"))
+    assert used == set(Switch.model_fields) == POLICY_KEYS["stuck"]
+    assert all(set(keys) <= POLICY_KEYS[name] for name, keys in POLICY_NEEDS.items())
 
 
 def test_key_that_the_policy_does_not_know_is_refused_even_with_its_default() -> None:
@@ -69,9 +69,9 @@ def test_key_that_the_policy_does_not_know_is_refused_even_with_its_default() ->
 def test_key_that_the_policy_needs_is_asked_for() -> None:
     for content in (RETURNS, VOTES):
         policy = content["policy"]
-        without = {key: value for key, value in content.items() if key not in NEEDED[policy]}
+        without = {key: value for key, value in content.items() if key not in POLICY_NEEDS[policy]}
         messages = [message for _, message in errors(without)]
-        assert messages == [f"{policy} needs {key}" for key in NEEDED[policy]]
+        assert messages == [f"{policy} needs {key}" for key in POLICY_NEEDS[policy]]
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from adeye.simulate.bridges.programs import INVALID_OUTPUT, Broken, Children, ce
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from adeye.spec.channels import FmuUse
+    from adeye.spec.programs import FmuUse
     from adeye.units import Dimension
 
 PROGRAM: Final = (sys.executable, "-I", "-B", fmu_program.__file__)

@@ -11,7 +11,7 @@ from adeye.outputs import reads
 from adeye.simulate.bridges import fmi
 from adeye.simulate.bridges.fmus import Fmus, Step, Wired
 from adeye.simulate.bridges.programs import Broken
-from adeye.spec.channels import FmuUse
+from adeye.spec.programs import FmuUse
 from adeye.units import decimal, shown
 
 if TYPE_CHECKING:

@@ -26,8 +26,8 @@ from adeye.signals import (
     parameter_record,
     spec_columns,
 )
+from adeye.spec.architecture import Switch
 from adeye.spec.quantity import SI
-from adeye.spec.switch import Switch
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

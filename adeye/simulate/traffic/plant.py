@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from adeye.signals import Bools, Floats
-    from adeye.spec.channels import Plant
+    from adeye.spec.programs import Plant
 
 INPUTS: Final = {
     "acceleration": Dimension.ACCELERATION,

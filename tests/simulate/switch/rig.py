@@ -16,7 +16,7 @@ from adeye.signals import (
     SwitchFaults,
 )
 from adeye.simulate.switch import make_switch
-from adeye.spec.switch import Switch
+from adeye.spec.architecture import Switch
 
 STEP = 0.05
 IDS = ("nominal", "safety", "third")

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from adeye import signals as s
 from adeye.simulate.switch import arbiter as columns
-from adeye.spec.switch import Switch
+from adeye.spec.architecture import Switch
 from tests.simulate.switch.rig import (
     IDS,
     NOMINAL,

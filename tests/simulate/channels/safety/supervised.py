@@ -9,8 +9,8 @@ from adeye.signals import FAULT, Bools, ControlCommand
 from adeye.signals import SILENT as SILENT_STATUS
 from adeye.simulate.channels.factory import make_channel
 from adeye.simulate.channels.nominal import NominalChannel
+from adeye.spec.architecture import Switch
 from adeye.spec.channels import NominalParameters, SafetyParameters
-from adeye.spec.switch import Switch
 from adeye.testing import Drive, ScriptedChannel, World, channel_context, drive
 from adeye.testing.driving import Hook
 from adeye.testing.scenes import straight_road

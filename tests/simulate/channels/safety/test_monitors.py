@@ -10,8 +10,8 @@ from adeye.kernel.stops import ONSET_JERK
 from adeye.signals import FAULT, OK, SILENT, Bools, Floats, parameter_record
 from adeye.simulate.channels.driving import HOLD_DECELERATION
 from adeye.simulate.channels.safety import SafetyChannel, in_lane
+from adeye.spec.architecture import Switch
 from adeye.spec.channels import SafetyParameters
-from adeye.spec.switch import Switch
 from adeye.testing import Drive, ScriptedChannel, World, channel_context, check_channel
 from tests.simulate.channels.perceived import shown
 from tests.simulate.channels.safety import supervised
