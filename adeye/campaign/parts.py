@@ -29,6 +29,7 @@ from adeye.simulate.channels.factory import make_channel, plugin_channel
 from adeye.simulate.channels.fmu import wire_channel
 from adeye.simulate.channels.policy import load_policy
 from adeye.simulate.channels.process.channel import HERE, command_files, find_program
+from adeye.simulate.sensors.fmu import wire_sensor
 from adeye.simulate.traffic.plant import wire_plant
 from adeye.spec.channels import (
     CommandChannel,
@@ -37,8 +38,9 @@ from adeye.spec.channels import (
     PluginChannel,
     PolicyChannel,
 )
+from adeye.spec.programs import Plant
 from adeye.spec.quantity import IDENTIFIER
-from adeye.spec.sensors import PluginSensor
+from adeye.spec.sensors import FmuSensor, PluginSensor
 from adeye.store.plugin_metrics import is_free
 from adeye.supervision import guest
 from adeye.units import shown
@@ -96,7 +98,7 @@ def load_code(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> P
     folder = loaded.path.parent
     named: list[Part] = []
     monitors: list[str] = []
-    _check_plant(loaded)
+    _check_fmus(loaded)
     for name, sensor in loaded.spec.sensors.items():
         if isinstance(sensor, PluginSensor):
             named.append(_plugin(loaded, ("sensors", name), sensor, "sensor", ("sense",)))
@@ -134,12 +136,14 @@ def load_code(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> P
     return Parts(tuple(named), tuple(monitors), metrics)
 
 
-def _check_plant(loaded: Loaded[Architecture]) -> None:
-    """Look whether the FMU that moves the vehicle is there, and wired to what it has."""
-    plant = loaded.spec.vehicle.plant
-    if plant is not None:
-        with placed(loaded.locate(("vehicle", "plant")), "vehicle.plant: "):
-            wire_plant(plant, loaded.path.parent)
+def _check_fmus(loaded: Loaded[Architecture]) -> None:
+    """Look whether the FMUs of vehicle and sensors are there, and wired to what they have."""
+    for loc, use in loaded.spec.fmus.items():
+        with placed(loaded.locate(loc), f"{'.'.join(loc)}: "):
+            if isinstance(use, Plant):
+                wire_plant(use, loaded.path.parent)
+            elif isinstance(use, FmuSensor):
+                wire_sensor(use, loaded.path.parent)
 
 
 def _require_program(loaded: Loaded[Architecture], name: str, channel: HostedChannel) -> None:
@@ -179,10 +183,10 @@ def _named(architecture: Architecture, name: str) -> list[tuple[plugins.Loc, str
 
 
 def _files(loaded: Loaded[Architecture]) -> Iterator[ReadFile]:
-    plant = loaded.spec.vehicle.plant
-    if plant is not None:
-        with placed(loaded.locate(("vehicle", "plant", "file")), "vehicle.plant: "):
-            yield plugins.read_file("vehicle.plant", plant.file, loaded.path.parent)
+    for place, use in loaded.spec.fmus.items():
+        name = ".".join(place)
+        with placed(loaded.locate((*place, "file")), f"{name}: "):
+            yield plugins.read_file(name, use.file, loaded.path.parent)
     for channel, spec in loaded.spec.channels.items():
         found: dict[Path, str] = {}
         for loc, name in _named(loaded.spec, channel):

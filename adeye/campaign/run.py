@@ -501,10 +501,10 @@ def fitting(examples: Sequence[TestCase]) -> int:
 
 
 def _programs(architecture: Architecture) -> int:
-    """Count the programs of a run: those of channels that have one of their own, of the vehicle."""
+    """Count the programs of a run: those of channels that have one of their own, other FMUs."""
     kinds = [channel.kind for channel in architecture.channels.values()]
-    has_plant = architecture.vehicle.plant is not None
-    return has_plant + sum(COUNTS_AS if kind in MIDDLEWARE else kind in HOSTED for kind in kinds)
+    own = sum(COUNTS_AS if kind in MIDDLEWARE else kind in HOSTED for kind in kinds)
+    return own + len(architecture.fmus)
 
 
 def _block_size(planned: int, most: int) -> int:

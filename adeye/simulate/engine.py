@@ -117,7 +117,7 @@ def run(  # noqa: PLR0913 - all but the cases has a default
         memory=memory,
         mounts=mounts(cases),
     )
-    with closing(traffic), closing(rack):
+    with closing(traffic), closing(rig), closing(rack):
         while scene.running.any() and scene.tick != most_ticks:
             active = faults.update(scene)
             sensed = faults.on_bodies(rig, active, scene).sense(scene)

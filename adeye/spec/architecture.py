@@ -11,7 +11,7 @@ from adeye.errors import suggest
 from adeye.spec.channels import Channel, ReferenceChannel, SafetyChannel
 from adeye.spec.document import Loc, Problem, finds, repeated
 from adeye.spec.plausible import FileRecord, Limits
-from adeye.spec.programs import Plant
+from adeye.spec.programs import FmuUse, Plant
 from adeye.spec.quantity import (
     Acceleration,
     Angle,
@@ -26,7 +26,13 @@ from adeye.spec.quantity import (
     Record,
     Text,
 )
-from adeye.spec.sensors import NonNegativeAngle, NonNegativeDuration, PositiveLength, Sensor
+from adeye.spec.sensors import (
+    FmuSensor,
+    NonNegativeAngle,
+    NonNegativeDuration,
+    PositiveLength,
+    Sensor,
+)
 from adeye.spec.supervisor import PositiveAcceleration
 
 HEALTH: Final = "health."
@@ -261,6 +267,18 @@ class Architecture(FileRecord):
             "mount.y": (-across, across),
             "mount.z": (0.0, body.height + NEAR),
         }
+
+    @property
+    def fmus(self) -> dict[tuple[str, str], FmuUse]:
+        """FMUs that are no channels, by where they are named: the vehicle's, those of sensors."""
+        found: dict[tuple[str, str], FmuUse] = {
+            ("sensors", name): item
+            for name, item in self.sensors.items()
+            if isinstance(item, FmuSensor)
+        }
+        if self.vehicle.plant is not None:
+            found["vehicle", "plant"] = self.vehicle.plant
+        return found
 
     def executable(self) -> dict[str, object]:
         """The part that a run depends on: never cost, texts or the elements that it realises.

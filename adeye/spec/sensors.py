@@ -10,10 +10,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Final, Literal
 
-from pydantic import BeforeValidator, Field, StringConstraints
+from pydantic import AfterValidator, BeforeValidator, Field, StringConstraints
 
+from adeye.errors import suggest
 from adeye.spec import quantity as q
 from adeye.spec.document import Problem, finds
+from adeye.spec.programs import FmuUse, VariableName
+from adeye.units import Dimension, shown
 
 PositiveLength = Annotated[q.Length, Field(gt=0.0)]
 NonNegativeLength = Annotated[q.Length, Field(ge=0.0)]
@@ -336,6 +339,87 @@ class GroundTruth(SensorRecord):
     kind: Literal["ground_truth"]
 
 
+SENSED_OBJECT: Final[Mapping[str, Dimension]] = {
+    "present": Dimension.NONE,
+    "x": Dimension.LENGTH,
+    "y": Dimension.LENGTH,
+    "vx": Dimension.SPEED,
+    "vy": Dimension.SPEED,
+    "heading": Dimension.ANGLE,
+    "length": Dimension.LENGTH,
+    "width": Dimension.LENGTH,
+    "height": Dimension.LENGTH,
+    "class": Dimension.NONE,
+}
+"""What the FMU of a sensor is told of each of the objects nearest to it, in that order: place,
+velocity and heading against the sensor, in its frame."""
+
+MOST_SENSED: Final = 16
+"""How many objects the FMU of a sensor can be told of, and detect."""
+
+SENSED: Final[Mapping[str, Dimension]] = {
+    "time": Dimension.TIME,
+    "ego.speed": Dimension.SPEED,
+    "ego.acceleration": Dimension.ACCELERATION,
+    "ego.yaw_rate": Dimension.ANGULAR_RATE,
+    "environment.rain": Dimension.RAIN_RATE,
+    "environment.fog_visibility": Dimension.LENGTH,
+    "environment.illuminance": Dimension.NONE,
+    **{
+        f"objects.{number}.{name}": dimension
+        for number in range(1, MOST_SENSED + 1)
+        for name, dimension in SENSED_OBJECT.items()
+    },
+}
+"""What the FMU of a sensor can be told, and what each signal measures."""
+
+
+def _require_sensed(text: str) -> str:
+    if text not in SENSED:
+        raise ValueError(f"there is no signal {shown(text)}. {suggest(text, SENSED)}")
+    return text
+
+
+SensedSignal = Annotated[str, AfterValidator(_require_sensed)]
+
+
+class FmuDetection(q.SparseRecord):
+    """Which outputs of an FMU are one of the detections of its sensor."""
+
+    present: VariableName
+    """Whether it is there: above 0.5."""
+    x: VariableName
+    """In the frame of the sensor [m]."""
+    y: VariableName
+    range_rate: VariableName | None = None
+    """[m/s]; where it is left out, none is measured."""
+    length: VariableName | None = None
+    """[m]; where it is left out, the depth is unknown."""
+    width: VariableName | None = None
+    object: VariableName | None = None
+    """Number of the object, as it was told, that is behind the detection, 0 for none; where it is
+    left out, that of the detection in its list. Channels never see it."""
+
+
+class FmuSensor(FmuUse, SensorRecord):
+    """A sensor that an FMU is: told of the objects around it, it gives detections."""
+
+    STRUCTURE: ClassVar[tuple[str, ...]] = ("slots",)
+
+    kind: Literal["fmu"]
+    mount: Mount = Mount()
+    inputs: Annotated[dict[VariableName, SensedSignal], Field(min_length=1)]
+    """Which signal each input variable gets; it is converted to the unit that the variable has."""
+    detections: Annotated[q.Many[FmuDetection], Field(min_length=1, max_length=MOST_SENSED)]
+    seed: VariableName | None = None
+    """Parameter that gets a whole number below 2^31, another one in each run, for its noise."""
+
+    @property
+    def slots(self) -> int:
+        """Number of detections that it may give."""
+        return len(self.detections)
+
+
 class PluginSensor(SensorRecord):
     """A sensor from outside the package."""
 
@@ -363,7 +447,8 @@ BuiltInSensor = Annotated[
     | Gnss
     | Imu
     | Localisation
-    | GroundTruth,
+    | GroundTruth
+    | FmuSensor,
     Field(discriminator="kind"),
     BeforeValidator(_with_fidelity),
 ]

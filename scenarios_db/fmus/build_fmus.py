@@ -1,4 +1,4 @@
-"""Build the FMUs of the catalogue: a vehicle with slip, and a controller for speed and lane.
+"""Build the FMUs of the catalogue: a vehicle with slip, a controller for speed and lane, a radar.
 
     python scenarios_db/fmus/build_fmus.py [FOLDER]
 
@@ -269,10 +269,45 @@ CONTROLLER_STEP = r"""
 """
 
 
+SEEN = 4
+"""How many objects the radar is told of."""
+
+TOLD = ("there", "x", "y", "vx", "vy")
+FOUND = ("found", "rx", "ry", "rate")
+
+RADAR = [
+    *(Var(f"{name}{number}", "input") for number in range(SEEN) for name in TOLD),
+    Var("rain", "input", unit="m/s"),
+    Var("range", "parameter", 70.0),
+    Var("half_angle", "parameter", 0.5, unit="rad"),
+    Var("noise", "parameter", 0.2),
+    Var("seed", "parameter", 1.0),
+    *(Var(f"{name}{number}", "output") for number in range(SEEN) for name in FOUND),
+    Var("state", "local"),
+]
+"""A short-range radar: range, angle, rain that shortens the range, evenly spread noise."""
+
+RADAR_STEP = r"""
+    const double *told = v, *p = v + 20; double *found = v + 25, *state = v + 41;
+    if (*state == 0.0) *state = fmod(p[4], 2147483646.0) + 1.0;
+    for (int i = 0; i < 4; i++, told += 5, found += 4) {
+        double r = hypot(told[1], told[2]);
+        double most = p[1] / (1.0 + p[0] * 3.6e6 / 50.0);
+        found[0] = told[0] > 0.5 && r < most && fabs(atan2(told[2], told[1])) < p[2];
+        *state = fmod(16807.0 * *state, 2147483647.0);
+        double off = found[0] ? p[3] * (2.0 * *state / 2147483647.0 - 1.0) : 0.0;
+        found[1] = r > 0.0 ? told[1] * (1.0 + off / r) : 0.0;
+        found[2] = r > 0.0 ? told[2] * (1.0 + off / r) : 0.0;
+        found[3] = r > 0.0 ? (told[1] * told[3] + told[2] * told[4]) / r : 0.0;
+    }
+"""
+
+
 def main(folder: Path) -> None:
-    """Build both."""
+    """Build all."""
     build_fmu(folder, "single_track", VEHICLE, VEHICLE_STEP, units=SI)
     build_fmu(folder, "follow_and_keep", CONTROLLER, CONTROLLER_STEP, units=SI)
+    build_fmu(folder, "short_radar", RADAR, RADAR_STEP, units=SI)
 
 
 if __name__ == "__main__":

@@ -5,8 +5,10 @@ from pathlib import Path
 import pytest
 
 from adeye.judge.verdict import ExitCode, Verdict
+from tests.motorway import fault
 from tests.project import Project, odd_of, use
 from tests.simulate.bridges import fmus
+from tests.simulate.sensors.test_fmu import NOISY
 
 pytestmark = [pytest.mark.requirements, pytest.mark.slow]
 
@@ -33,3 +35,43 @@ def test_same_test_case_gives_the_same_bits(tmp_path: Path) -> None:
     digests = [{row["trace_digest"] for row in project.rows(db=db)} for db in ("one.db", "two.db")]
     assert digests[0] == digests[1]
     assert len(digests[0]) == 2
+
+
+FAULTS = [
+    fault("deaf", "sensors.short_radar", "drop_out", "1 s"),
+    fault("blurred", "sensors.short_radar", "noise", "1 s", signal="x", size="2 m"),
+    fault("stuck_channel", "channels.nominal", "stuck", "1 s"),
+    fault("weak_brake", "actuators.brake", "loss", "1 s", share=0.5),
+    fault("bent_steering", "actuators.steering", "offset", "1 s", steering_angle="0.3 deg"),
+    fault("ice", "tyres", "friction", "1 s", value=0.15),
+    fault("lost_messages", "links.nominal.short_radar", "drop", "1 s"),
+]
+"""On each side of each FMU: what the sensor delivers, what the channel is told and says, what the
+vehicle is told and stands on."""
+
+
+def all_of_fmus(project: Project) -> None:
+    """Make the candidate one whose radar, nominal channel and vehicle are FMUs."""
+    with project.edited("odd/architectures/fmu_controller.yaml") as architecture:
+        architecture["sensors"] = {
+            "front_radar": None,
+            "short_radar": {**NOISY, "file": "./fmus/short_radar.fmu", "latency": "0.1 s"},
+        }
+        architecture["channels"]["nominal"]["links"] = ["localisation", "short_radar"]
+
+
+def test_faults_act_on_fmus_as_on_any_part(tmp_path: Path) -> None:
+    entries = ["none", *(item["id"] for item in FAULTS)]
+    odd = odd_of(
+        use("lead_braking", faults=entries),
+        faults=FAULTS,
+        architectures=("fmu_controller",),
+    )
+    project = Project(tmp_path / "project", odd)
+    all_of_fmus(project)
+    assert len(project.plan().examples()[0].architecture.fmus) == 2
+    project.run(workers=2)
+    rows = {row["fault_entry"]: row for row in project.rows()}
+    assert set(rows) == set(entries)
+    assert {row["outcome"] for row in rows.values()} <= {"ok", "contact", "completed"}
+    assert len({row["trace_digest"] for row in rows.values()}) == len(entries)

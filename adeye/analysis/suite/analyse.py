@@ -16,7 +16,7 @@ from adeye.analysis.suite.conditions import CASES, DEFAULTS, TARGETS
 from adeye.analysis.suite.coverage import anybody, blind_bearings, blind_spots, coverage, look_of
 from adeye.analysis.suite.geometry import reach_of, view_of, zones_of
 from adeye.analysis.suite.records import NotAnalysed, Removal, Suite, SuiteReach, SuiteSensor
-from adeye.spec.sensors import PluginSensor, model_name
+from adeye.spec.sensors import FmuSensor, PluginSensor, model_name
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping, Sequence
@@ -293,6 +293,8 @@ class _Bench:
             why = "do not look around"
             if isinstance(sensor, PluginSensor):
                 why = "plug-ins, whose field of view and range are unknown"
+            elif isinstance(sensor, FmuSensor):
+                why = "FMUs, whose field of view and range are unknown"
             elif sensor.kind == "ground_truth":
                 why = "no devices"
             yield NotAnalysed(name, str(sensor.kind), why)

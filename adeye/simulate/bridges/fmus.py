@@ -13,7 +13,7 @@ from adeye.simulate.bridges import fmi, fmu_program
 from adeye.simulate.bridges.programs import INVALID_OUTPUT, Broken, Children, ceilings_of
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from adeye.spec.programs import FmuUse
     from adeye.units import Dimension
@@ -70,6 +70,15 @@ def wire_fmu(
         fmi.wire(description, outputs, "output"),
         fmi.wire(description, initial, "parameter"),
     )
+
+
+def wire_each(uses: Sequence[FmuUse], wire: Callable[[Any], Wired]) -> list[Wired]:
+    """Wire the FMU of every run; what several runs use alike is read once."""
+    wired: list[Wired] = []
+    for run, use in enumerate(uses):
+        first = uses.index(use)
+        wired.append(wired[first] if first < run else wire(use))
+    return wired
 
 
 class Fmus:

@@ -14,7 +14,7 @@ import numpy as np
 from adeye.kernel.jit import compiled
 from adeye.kernel.road import center_at, ground_of
 from adeye.signals import DEGRADED, FAULT, OK
-from adeye.simulate.bridges.fmus import Fmus, Step, Wired, wire_fmu
+from adeye.simulate.bridges.fmus import Fmus, Step, Wired, wire_each, wire_fmu
 from adeye.simulate.bridges.programs import Broken
 from adeye.simulate.channels import corridor
 from adeye.simulate.channels.driving import channel_records, parameter_columns
@@ -85,14 +85,10 @@ class FmuChannel(HostedChannel):
         self._leads = np.zeros((context.runs, len(LEAD_SIGNALS)))
         self._path = np.zeros(corridor.PATH_WIDTH)
         uses: list[FmuParameters] = list(context.parameters)
-        wired: dict[int, Wired] = {}
-        for run, use in enumerate(uses):
-            first = uses.index(use)
-            wired[run] = wired[first] if first < run else wire_channel(use, self._base_dir)
-        self._wired = wired
+        self._wired = wire_each(uses, lambda use: wire_channel(use, self._base_dir))
         self._is_before = [use.master == "gauss_seidel" for use in uses]
         self._stepped = [math.nan] * context.runs
-        self._programs = self._fmus = Fmus(uses, list(wired.values()))
+        self._programs = self._fmus = Fmus(uses, self._wired)
         for run, broken in self._fmus.greet().items():
             self._fail(run, 0.0, broken)
 

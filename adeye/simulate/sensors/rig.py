@@ -14,6 +14,7 @@ from adeye.plugins import Part, load_part
 from adeye.ports import SensorContext, SensorModel
 from adeye.signals import DETECTION_COLUMNS, ESTIMATE_COLUMNS, Measurement, spec_columns
 from adeye.simulate.sensors.camera import PhysicalCameraSensor
+from adeye.simulate.sensors.fmu import FmuSensing
 from adeye.simulate.sensors.gnss_imu import TOLERANCE, GnssSensor, ImuSensor
 from adeye.simulate.sensors.ground_truth import GroundTruthSensor, LocalisationSensor
 from adeye.simulate.sensors.lidar import LidarSensor
@@ -47,6 +48,9 @@ BUILT_IN: Final[dict[str, Callable[[SensorContext], SensorModel]]] = {
     "localisation": LocalisationSensor,
     "ground_truth": GroundTruthSensor,
 }
+
+FMU: Final = "fmu"
+"""Kind of the sensors that an FMU is: they need to know where its file is."""
 
 DATA_SHEETS: Final[dict[str, tuple[str, ...]]] = {
     "camera": ("range", "distance_noise", "bearing_noise"),
@@ -84,7 +88,7 @@ class Rig:
         Args:
             cases: Test cases of one structure.
             scene: What does not change during the runs.
-            base_dir: Folder of the file that names plug-ins.
+            base_dir: Folder of the file that names plug-ins and FMUs.
         """
         self._sensors: dict[str, SensorModel] = {}
         for name, first in cases[0].architecture.sensors.items():
@@ -107,6 +111,8 @@ class Rig:
             model = model_name(first)
             if model in BUILT_IN:
                 self._sensors[name] = BUILT_IN[model](context)
+            elif model == FMU:
+                self._sensors[name] = FmuSensing(context, base_dir)
             else:
                 self._sensors[name] = _Guest(load_part(first.kind, base_dir), context)
 
@@ -129,6 +135,12 @@ class Rig:
     def sense(self, scene: Scene) -> dict[str, Measurement]:
         """Return the newest delivered measurement of each sensor."""
         return {name: sensor.sense(scene) for name, sensor in self._sensors.items()}
+
+    def close(self) -> None:
+        """End what senses outside of this process."""
+        for sensor in self._sensors.values():
+            if isinstance(sensor, FmuSensing):
+                sensor.close()
 
 
 class _Guest:

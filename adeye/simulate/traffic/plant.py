@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final, NoReturn
 from adeye.errors import PluginError
 from adeye.kernel.boxes import wrap_to_pi
 from adeye.signals import EGO_COLUMNS, EGO_HEADING, EGO_SPEED
-from adeye.simulate.bridges.fmus import Fmus, Step, Wired, wire_fmu
+from adeye.simulate.bridges.fmus import Fmus, Step, Wired, wire_each, wire_fmu
 from adeye.simulate.bridges.programs import Broken
 from adeye.units import Dimension, shown
 
@@ -115,9 +115,7 @@ class Plants:
 
     def _start(self, states: Floats) -> Fmus:
         """Read the FMUs and start them where the runs begin."""
-        first = [self._plants.index(plant) for plant in self._plants]
-        known = {at: wire_plant(self._plants[at], self._base_dir) for at in dict.fromkeys(first)}
-        self._wired = [known[at] for at in first]
+        self._wired = wire_each(self._plants, lambda plant: wire_plant(plant, self._base_dir))
         starts = []
         for run, wired in zip(self._runs, self._wired, strict=True):
             now = dict(zip(EGO_COLUMNS, states[run].tolist(), strict=True))
