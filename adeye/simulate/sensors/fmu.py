@@ -6,7 +6,7 @@ runs in a process of its own in each run, see ``bridges.fmus``.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, NoReturn
 
 import numpy as np
 
