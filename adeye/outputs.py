@@ -360,9 +360,14 @@ def replacing_folder(path: Path) -> Iterator[Path]:
         path: Of the folder; missing ones above it are made. A link stays, and leads to what is new.
 
     Raises:
+        UsageError: Something is there that is no folder: a file, a device, a pipe.
         PlatformError: The file system refused; what was there before still is.
     """
     _require_free(path)
+    if path.exists() and not path.is_dir():
+        raise UsageError(
+            f"{str(path)!r} is no folder", remedy="Name a folder, or one that is not there yet."
+        )
     path = Path(os.path.realpath(path)) if path.is_symlink() else path
     temporary, former = _beside(path), _beside(path, "former")
     try:

@@ -104,6 +104,21 @@ def test_device_gets_what_is_written_and_stays() -> None:
     assert Path("/dev/full").is_char_device()
 
 
+@pytest.mark.parametrize("kind", ["file", "pipe", "device"])
+def test_what_is_no_folder_is_not_replaced_by_one(tmp_path: Path, kind: str) -> None:
+    path = tmp_path / kind
+    if kind == "pipe":
+        os.mkfifo(path)
+    elif kind == "device":
+        path.symlink_to("/dev/null")
+    else:
+        path.write_text("kept")
+    before = path.stat()
+    refused(UsageError, fill, path, "one", says="is no folder")
+    assert path.stat() == before
+    assert list(tmp_path.iterdir()) == [path]
+
+
 def test_pipe_is_written_to(tmp_path: Path) -> None:
     path = tmp_path / "pipe"
     os.mkfifo(path)
