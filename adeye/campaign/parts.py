@@ -499,6 +499,11 @@ def sources(plan: CampaignPlan) -> Iterator[Source]:
             yield Source(file.name, user, plan.folders[name], file.digest, file.path)
         for part in parts.metrics:
             yield Source(part.name, "the ODD", plan.path.parent, part.source_digest)
+    for name, loaded in plan.files.scenarios.items():
+        folder = loaded.path.parent
+        for driver in loaded.spec.drivers.values():
+            path = plugins.locate_file(driver.file, folder)
+            yield Source(driver.file, f"scenario {name}", folder, driver.digest, path)
 
 
 def _signature(source: Source) -> _Signature:

@@ -37,7 +37,7 @@ from adeye.store.block import PlannedCases
 from adeye.store.records import CampaignFsr, CampaignRecord, ContentRecord, EngineKey, of_fields
 from adeye.store.write.content import FOLDER
 from adeye.sweep.axes import quantity_or_text
-from adeye.sweep.case import AuthorityOverride, TestCase, structure_key
+from adeye.sweep.case import SCENARIOS, AuthorityOverride, TestCase, structure_key
 from adeye.sweep.design import Points, axis_words
 from adeye.sweep.distributions import data_digests
 from adeye.sweep.expand import Expansion, LazyCases, expand
@@ -448,8 +448,12 @@ class CampaignPlan:
 
     @cached_property
     def folders(self) -> dict[str, Path]:
-        """Folder of each architecture's file, where its plug-ins are looked for."""
-        return {name: item.path.parent for name, item in self.files.architectures.items()}
+        """Folder of each file that names plug-ins or FMUs: an architecture's, a scenario's."""
+        found = {name: item.path.parent for name, item in self.files.architectures.items()}
+        for name, item in self.files.scenarios.items():
+            if item.spec.drivers:
+                found[f"{SCENARIOS}{name}"] = item.path.parent
+        return found
 
     @cached_property
     def samples(self) -> tuple[Sample, ...]:

@@ -181,13 +181,16 @@ def recall(repository: Repository, run: RunRef) -> Recalled:
         repository.content("concept", campaign.concept_digest), context=SI
     )
     name = case.architecture.architecture
-    folder = folder_of_plugins(row, _provenances(repository, campaign), name)
+    folders = {name: folder_of_plugins(row, _provenances(repository, campaign), name)}
+    if case.scenario.drivers:
+        key = case.place_key
+        folders[key] = folder_of_plugins(row, _provenances(repository, campaign), key)
     work = WorkContext(
         backend=str(stored.row["backend"]),
         variant=_known_variant(stored.row),
         # If its own bits come again, what is executed beside it is of the same engine.
         engines={name: of_row(EngineKey, stored.row)},
-        folders={name: folder},
+        folders=folders,
         requirements=() if run.is_drive else concept.requirements,
         faults=tuple(fault["id"] for fault in odd["odd"]["faults"]),
         metrics=tuple(odd["odd"].get("plugins", ())),
@@ -450,8 +453,8 @@ def together(items: Iterable[T], recalled_of: Callable[[T], Recalled]) -> Iterat
 
     def structure(item: T) -> object:
         run = recalled_of(item)
-        (folder,) = run.work.folders.values()
-        context = (run.run.campaign, folder, run.work.backend, run.work.variant)
+        folders = tuple(run.work.folders.values())
+        context = (run.run.campaign, folders, run.work.backend, run.work.variant)
         return structure_key(run.case), context
 
     return grouped(items, structure, MOST_TOGETHER)

@@ -52,7 +52,6 @@ if TYPE_CHECKING:
     from adeye.campaign.plan import CampaignPlan
     from adeye.ports import Executor
     from adeye.signals import Bools
-    from adeye.spec.architecture import Architecture
     from adeye.store.records import Block, Plan
     from adeye.sweep.case import TestCase
 
@@ -496,15 +495,15 @@ def fitting(examples: Sequence[TestCase]) -> int:
     """Count the runs that fit into memory together, and whose programs may run at once."""
     largest = max(trace_bytes(case) + sample_bytes(case.architecture) for case in examples)
     most = TRACE_MEMORY // largest
-    programs = max(_programs(case.architecture) for case in examples)
+    programs = max(_programs(case) for case in examples)
     return min(most, max(1, MOST_PROGRAMS // programs)) if programs else most
 
 
-def _programs(architecture: Architecture) -> int:
+def _programs(case: TestCase) -> int:
     """Count the programs of a run: those of channels that have one of their own, other FMUs."""
-    kinds = [channel.kind for channel in architecture.channels.values()]
+    kinds = [channel.kind for channel in case.architecture.channels.values()]
     own = sum(COUNTS_AS if kind in MIDDLEWARE else kind in HOSTED for kind in kinds)
-    return own + len(architecture.fmus)
+    return own + case.fmus
 
 
 def _block_size(planned: int, most: int) -> int:

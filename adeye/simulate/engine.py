@@ -83,7 +83,8 @@ def run(  # noqa: PLR0913 - all but the cases has a default
         cases: Test cases that share scenario structure, architecture structure, faults and step.
         backend: Traffic implementation.
         variant: Its arithmetic; None for its first.
-        base_dirs: Folder of the file that names plug-ins, by architecture id.
+        base_dirs: Folder of the file that names plug-ins, by architecture id, and by
+            ``place_key`` of a scenario that names FMUs.
         drawn: Whether to record what only pictures need, ``trace.DRAWN``; the digest is the same.
         memory: Where the trace lies; a later run with the same memory overwrites it.
         on_tick: Called after each tick with the number of runs that have ended.
@@ -98,6 +99,7 @@ def run(  # noqa: PLR0913 - all but the cases has a default
     base_dir = (base_dirs or {}).get(first.architecture.architecture, Path())
     traffic = make_traffic(backend, variant)
     traffic.base_dir = base_dir
+    traffic.scenario_dir = (base_dirs or {}).get(first.place_key, Path())
     context, scene = traffic.reset(cases)
     rig = Rig(cases, context, base_dir)
     rack = ChannelRack(cases, context, base_dir, drawn=drawn, witness=witness)

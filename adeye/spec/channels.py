@@ -16,7 +16,14 @@ from adeye.errors import SourceLocation, SpecError, suggest
 from adeye.identity import canonical
 from adeye.spec import quantity as q
 from adeye.spec.document import Problem, finds
-from adeye.spec.programs import FmuUse, ProgramParameters, VariableName
+from adeye.spec.programs import (
+    LEAD_SIGNALS,
+    NEAREST,
+    OBJECT_SIGNALS,
+    FmuUse,
+    ProgramParameters,
+    VariableName,
+)
 from adeye.spec.sensors import (
     NonNegativeDuration,
     NonNegativeLength,
@@ -323,26 +330,6 @@ EGO_SIGNALS: Final[Mapping[str, Dimension]] = {
     "desired_speed": Dimension.SPEED,
 }
 """What a channel knows of the ego, in the order in which policies observe it."""
-
-OBJECT_SIGNALS: Final[Mapping[str, Dimension]] = {
-    "present": Dimension.NONE,
-    "x": Dimension.LENGTH,
-    "y": Dimension.LENGTH,
-    "vx": Dimension.SPEED,
-    "vy": Dimension.SPEED,
-    "length": Dimension.LENGTH,
-    "width": Dimension.LENGTH,
-}
-"""What it knows of each of the eight nearest objects, in that order."""
-
-LEAD_SIGNALS: Final[Mapping[str, Dimension]] = {
-    "present": Dimension.NONE,
-    "gap": Dimension.LENGTH,
-    "speed": Dimension.SPEED,
-}
-"""What it knows of the nearest object in the path of its lane."""
-
-NEAREST: Final = 8
 
 SIGNALS: Final[Mapping[str, Dimension]] = {
     "time": Dimension.TIME,

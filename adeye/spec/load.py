@@ -9,8 +9,9 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any, Final, Generic, TypeVar
 
-from adeye.errors import InputError, InputErrors, SourceLocation, SpecError, suggest
+from adeye.errors import InputError, InputErrors, SourceLocation, SpecError, placed, suggest
 from adeye.identity import file_digest
+from adeye.plugins import locate_file
 from adeye.spec.architecture import Architecture
 from adeye.spec.channels import ReferenceName, read_name, reference_content
 from adeye.spec.concept import Concept, asil_problems
@@ -90,6 +91,8 @@ class OddFiles:
                         yield loaded.path.parent / name
         for scenario in self.scenarios.values():
             yield from map_files(scenario.spec, scenario.locate)
+            for driver in scenario.spec.drivers.values():
+                yield locate_file(driver.file, scenario.path.parent)
 
     def map_notes(self) -> dict[str, dict[str, int]]:
         """Count by map what was made of it, see ``places.map_notes``."""
@@ -204,7 +207,7 @@ def load_scenario(path: str | Path) -> Loaded[LogicalScenario]:
     What it extends by an id is the file of that name beside it, else the scenario of the package.
     One on a map gets the road of the first of its places.
     """
-    loaded = _load(Path(path), LogicalScenario)
+    loaded = _with_drivers(_load(Path(path), LogicalScenario))
     if loaded.spec.world.map is None:
         return loaded
     if {"map", "road"} <= loaded.documents[0].value.get("world", {}).keys():
@@ -214,6 +217,27 @@ def load_scenario(path: str | Path) -> Loaded[LogicalScenario]:
             remedy="Keep one of them.",
         )
     return at_place(loaded, first_place(loaded.spec, loaded.locate))
+
+
+def _with_drivers(loaded: Loaded[LogicalScenario]) -> Loaded[LogicalScenario]:
+    """Return a scenario that says which FMUs drive its actors, not only what they are called."""
+    actors = {}
+    for name, driver in loaded.spec.drivers.items():
+        where = loaded.locate(("actors", name, "driver", "file"))
+        with placed(where, f"actors.{name}.driver: "):
+            found = file_digest(locate_file(driver.file, loaded.path.parent))
+        if driver.digest not in {"", found}:
+            raise SpecError(
+                f"actors.{name}.driver.digest: {shown(driver.file)} has sha256 {found}",
+                where=loaded.locate(("actors", name, "driver", "digest")),
+                remedy="Bring the file back, or leave the key out: adeye fills it in.",
+            )
+        actors[name] = {"driver": {"digest": found}}
+    if not actors:
+        return loaded
+    content = merge(loaded.content, {"actors": actors})
+    spec = validate(_Merged(content, loaded.documents), LogicalScenario)
+    return replace(loaded, spec=spec, content=content)
 
 
 def at_place(loaded: Loaded[LogicalScenario], place: PlaceRoad) -> Loaded[LogicalScenario]:

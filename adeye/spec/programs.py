@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Annotated, Literal
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Final, Literal
 
 from pydantic import Field, StringConstraints
 
 from adeye.spec import quantity as q
 from adeye.spec.document import Problem, finds
+from adeye.units import Dimension
 
 
 class ProcessLimits(q.Record):
@@ -105,3 +106,46 @@ class Plant(FmuUse):
         for name in ("acceleration", "steering_angle"):
             if name not in self.inputs.values():
                 yield ("inputs",), f"no variable gets {name}"
+
+
+OBJECT_SIGNALS: Final[Mapping[str, Dimension]] = {
+    "present": Dimension.NONE,
+    "x": Dimension.LENGTH,
+    "y": Dimension.LENGTH,
+    "vx": Dimension.SPEED,
+    "vy": Dimension.SPEED,
+    "length": Dimension.LENGTH,
+    "width": Dimension.LENGTH,
+}
+"""What is told of each of the eight nearest objects, in that order."""
+
+LEAD_SIGNALS: Final[Mapping[str, Dimension]] = {
+    "present": Dimension.NONE,
+    "gap": Dimension.LENGTH,
+    "speed": Dimension.SPEED,
+}
+"""What is told of the nearest object in the path of a lane."""
+
+NEAREST: Final = 8
+
+OWN_SIGNALS: Final[Mapping[str, Dimension]] = {
+    "speed": Dimension.SPEED,
+    "acceleration": Dimension.ACCELERATION,
+    "heading": Dimension.ANGLE,
+    "lane_offset": Dimension.LENGTH,
+    "curvature": Dimension.CURVATURE,
+    "desired_speed": Dimension.SPEED,
+}
+"""What the driver of an actor knows of its own vehicle."""
+
+DRIVER_SIGNALS: Final[Mapping[str, Dimension]] = {
+    "time": Dimension.TIME,
+    **{f"own.{name}": dimension for name, dimension in OWN_SIGNALS.items()},
+    **{f"lead.{name}": dimension for name, dimension in LEAD_SIGNALS.items()},
+    **{
+        f"objects.{number}.{name}": dimension
+        for number in range(1, NEAREST + 1)
+        for name, dimension in OBJECT_SIGNALS.items()
+    },
+}
+"""What the FMU that drives an actor can be told, and what each signal measures."""

@@ -10,15 +10,16 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import ConfigDict, Field, model_validator
+from pydantic import AfterValidator, ConfigDict, Field, StringConstraints, model_validator
 
-from adeye.errors import InputError
+from adeye.errors import InputError, suggest
 from adeye.kernel.strips import STRIP_LANE, STRIP_LIMIT
 from adeye.maps.opendrive import FASTEST, STEEPEST
 from adeye.spec import quantity as q
 from adeye.spec.document import Loc, Problem, finds, misplaced
 from adeye.spec.expression import parse
 from adeye.spec.plausible import FileRecord
+from adeye.spec.programs import DRIVER_SIGNALS, FmuUse, VariableName
 from adeye.units import Dimension, shown
 
 ActorKind = Literal["car", "van", "truck", "bus", "motorcycle", "cyclist", "pedestrian"]
@@ -355,8 +356,40 @@ class Idm(q.Record):
     lane_changes: bool = False
 
 
-class Actor(q.Record):
-    """A participant other than the ego: scripted by the storyboard, or reactive."""
+def _require_driver_signal(text: str) -> str:
+    if text not in DRIVER_SIGNALS:
+        raise ValueError(f"there is no signal {shown(text)}. {suggest(text, DRIVER_SIGNALS)}")
+    return text
+
+
+class DriverCommand(q.SparseRecord):
+    """Which outputs of an FMU are what the driver of an actor does."""
+
+    acceleration: VariableName
+    """[m/s²]; nobody drives backwards."""
+    lateral_speed: VariableName | None = None
+    """Across its lane, to its own left [m/s]; where it is left out it keeps its offset."""
+
+
+class Driver(FmuUse):
+    """An FMU that drives an actor."""
+
+    inputs: Annotated[
+        dict[VariableName, Annotated[str, AfterValidator(_require_driver_signal)]],
+        Field(min_length=1),
+    ]
+    """Which signal each input variable gets; it is converted to the unit that the variable has."""
+    outputs: DriverCommand
+    desired_speed: q.SpeedFormula | None = None
+    """What it is told that it wants to drive; as fast as it starts unless given."""
+    digest: Annotated[str, StringConstraints(pattern="^([0-9a-f]{64})?$")] = ""
+    """sha256 of the file, which adeye fills in; if it is given, another file is refused."""
+
+
+class Actor(q.GrownRecord):
+    """A participant other than the ego: scripted by the storyboard, reactive, or driven."""
+
+    later: ClassVar[tuple[str, ...]] = ("driver",)
 
     kind: ActorKind
     size: Size | None = None
@@ -364,6 +397,17 @@ class Actor(q.Record):
     """Share of light that its surface returns, for lidar; default: typical of its kind."""
     start: Start
     reactive: Idm | None = None
+    driver: Driver | None = None
+
+    @property
+    def takes_actions(self) -> bool:
+        """Whether the storyboard moves it: what is reactive or driven moves by itself."""
+        return self.reactive is None and self.driver is None
+
+    @finds
+    def _one_moves_it(self) -> Iterator[Problem]:
+        if self.reactive is not None and self.driver is not None:
+            yield ("driver",), "it is reactive already; keep one of reactive and driver"
 
 
 class LaneChange(q.Record):
@@ -493,6 +537,12 @@ class LogicalScenario(FileRecord):
     tail: Annotated[q.Duration, Field(ge=0.0)] = 5.0
 
     later: ClassVar[tuple[str, ...]] = ("beyond_plausible", "order")
+
+    @property
+    def drivers(self) -> dict[str, Driver]:
+        """FMUs that drive actors, by actor."""
+        found = {name: actor.driver for name, actor in self.actors.items()}
+        return {name: driver for name, driver in found.items() if driver is not None}
 
     @model_validator(mode="before")
     @classmethod

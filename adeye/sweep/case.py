@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any, Self, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, Self, TypeAlias
 
 from adeye.identity import JsonRows, digest, digests, stream_seed
 from adeye.spec.scenario import LogicalScenario
@@ -35,6 +35,10 @@ class AuthorityOverride:
     channel: str
 
 
+SCENARIOS: Final = "scenarios/"
+"""Begins the keys of folders that are those of scenarios; no architecture is called so."""
+
+
 @dataclass(frozen=True)
 class Shared:
     """What many test cases have in common.
@@ -61,6 +65,16 @@ class Shared:
     seed: int
     step: float
     attributes: Attributes
+
+    @property
+    def place_key(self) -> str:
+        """Under what the folder of the scenario's file is kept, beside those of architectures."""
+        return f"{SCENARIOS}{self.scenario_id}"
+
+    @property
+    def fmus(self) -> int:
+        """Number of FMUs that are no channels."""
+        return len(self.architecture.fmus) + len(self.scenario.drivers)
 
 
 @dataclass(frozen=True)

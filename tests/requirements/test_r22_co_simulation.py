@@ -1,9 +1,12 @@
 """R22: models of others take part by a co-simulation standard."""
 
+import shutil
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+import adeye
 from adeye.judge.verdict import ExitCode, Verdict
 from tests.motorway import fault
 from tests.project import Project, odd_of, use
@@ -35,6 +38,43 @@ def test_same_test_case_gives_the_same_bits(tmp_path: Path) -> None:
     digests = [{row["trace_digest"] for row in project.rows(db=db)} for db in ("one.db", "two.db")]
     assert digests[0] == digests[1]
     assert len(digests[0]) == 2
+
+
+def driven(file: str) -> dict[str, Any]:
+    """Return a scenario whose slower lead an FMU drives."""
+    driver = {
+        "file": file,
+        "inputs": {"v": "own.speed", "v_set": "own.desired_speed", "offset": "own.lane_offset"},
+        "outputs": {"acceleration": "a"},
+        "desired_speed": "0.8 * ego_speed",
+    }
+    return {
+        "extends": "free_driving.yaml",
+        "scenario": "driven_lead",
+        "title": "A lead that an FMU drives",
+        "actors": {"lead": {"reactive": None, "driver": driver}},
+    }
+
+
+def test_an_fmu_drives_another_actor(tmp_path: Path) -> None:
+    project = Project(tmp_path / "project", odd_of("driven_lead", "free_driving"))
+    catalogue = project.folder / "scenarios_db" / "motorway"
+    driver = catalogue / "follow_and_keep.fmu"
+    shutil.copy(fmus.SHIPPED / driver.name, driver)
+    project.write("scenarios_db/motorway/driven_lead.yaml", driven(f"./{driver.name}"))
+    project.run(workers=2)
+    rows = project.rows()
+    assert {row["scenario"]: row["outcome"] for row in rows} == {
+        "driven_lead": "completed",
+        "free_driving": "completed",
+    }
+    assert project.run().reused == 2
+    (run,) = (row["run"] for row in rows if row["scenario"] == "driven_lead")
+    assert adeye.replay(run, db=project.db).identical
+    # Another driver is another test case, but only where it drives.
+    with driver.open("ab") as file:
+        file.write(b" ")
+    assert project.run().reused == 1
 
 
 FAULTS = [

@@ -502,7 +502,7 @@ def _recall(
         for run in part:
             _require_same_code(plan, run.case.architecture.architecture, run.stored)
             architecture = run.case.architecture
-            has_processes = bool(architecture.fmus) or any(
+            has_processes = run.case.fmus > 0 or any(
                 item.kind in HOSTED for item in architecture.channels.values()
             )
             is_portable = run.work.backend == "batch" and not has_processes

@@ -25,7 +25,7 @@ from adeye.sweep.case import TestCase, structure_key
 from adeye.sweep.groups import NO_FAULT
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from adeye.store.block import RunBlock
 
@@ -64,6 +64,7 @@ class _Wanted:
     origin_case: str
     engine: EngineKey
     variant: str | None
+    folders: Mapping[str, Path]
     drives: list[DriveRecord]
 
 
@@ -229,7 +230,10 @@ def _drive(
         drive = DriveRecord(recalled.run.result_digest, model, edition, digest)
         if digest not in wanted:
             origin = recalled.run.test_case
-            wanted[digest] = _Wanted(driven, origin, engine, work.variant, [])
+            # The vehicle stays, with the FMU that moves it, and so do drivers of others.
+            own = recalled.case.architecture.architecture
+            folders = {**work.folders, driven.architecture.architecture: work.folders[own]}
+            wanted[digest] = _Wanted(driven, origin, engine, work.variant, folders, [])
         wanted[digest].drives.append(drive)
     there: list[_Wanted] = []
     missing: list[_Wanted] = []
@@ -240,7 +244,12 @@ def _drive(
     try:
         batches = grouped(
             missing,
-            lambda item: (structure_key(item.case), item.engine, item.variant),
+            lambda item: (
+                structure_key(item.case),
+                item.engine,
+                item.variant,
+                tuple(item.folders.values()),
+            ),
             MOST_TOGETHER,
         )
         for done in executor.run(batches):
@@ -254,9 +263,9 @@ def _drive(
 
 def _execute(batch: list[_Wanted]) -> RunBlock:
     cases = [item.case for item in batch]
-    folders = {item.case.architecture.architecture: Path() for item in batch}
+    first = batch[0]
     trace = run_batch(
-        cases, backend=batch[0].engine.backend, variant=batch[0].variant, base_dirs=folders
+        cases, backend=first.engine.backend, variant=first.variant, base_dirs=first.folders
     )
     # No FSR: it is written for the architectures of its campaign.
     evaluation = evaluate(trace, cases, (), ())

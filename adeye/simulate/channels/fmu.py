@@ -21,14 +21,8 @@ from adeye.simulate.channels.driving import channel_records, parameter_columns
 from adeye.simulate.channels.perception.pose import POSE_D, POSE_S, POSE_SPEED
 from adeye.simulate.channels.policy import Kinematics
 from adeye.simulate.channels.process.channel import HostedChannel
-from adeye.spec.channels import (
-    EGO_SIGNALS,
-    LEAD_SIGNALS,
-    NEAREST,
-    OBJECT_SIGNALS,
-    SIGNALS,
-    TrackingParameters,
-)
+from adeye.spec.channels import EGO_SIGNALS, SIGNALS, TrackingParameters
+from adeye.spec.programs import LEAD_SIGNALS, NEAREST, OBJECT_SIGNALS
 from adeye.units import Dimension
 
 if TYPE_CHECKING:

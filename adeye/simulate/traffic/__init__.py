@@ -37,6 +37,7 @@ class Traffic(TrafficBackend, Protocol):
     """A traffic implementation, and how far its runs have come."""
 
     base_dir: Path
+    scenario_dir: Path
 
     def close(self) -> None:
         """End what moves vehicles outside of this process."""

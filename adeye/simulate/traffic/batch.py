@@ -75,7 +75,7 @@ class BatchTraffic(Staged):
             SpecError: A value of a scenario is not possible.
         """
         world = compile_world(cases)
-        self._stage = stage = Stage(world, cases, self.base_dir)
+        self._stage = stage = Stage(world, cases, self.base_dir, self.scenario_dir)
         self._reacted: Floats = np.zeros((stage.runs, len(world.scripted), 5))
         self._is_reactive = not world.scripted.all()
         vehicles, marks = _begin_vehicles(world)

@@ -121,11 +121,13 @@ class TrafficVectorEnv(VectorEnv[Observation, Floats, Any]):
             InputError: A file or a value in it cannot be used.
         """
         self.num_envs = num_envs
-        self._scenario = (
-            scenario if isinstance(scenario, LogicalScenario) else load_scenario(scenario).spec
-        )
-        # Where the FMU of a vehicle is looked for.
-        self._folder = Path()
+        # Where the FMUs of a vehicle and of actors are looked for.
+        self._folder = self._scenario_folder = Path()
+        if isinstance(scenario, LogicalScenario):
+            self._scenario = scenario
+        else:
+            read = load_scenario(scenario)
+            self._scenario, self._scenario_folder = read.spec, read.path.parent
         if isinstance(architecture, Architecture):
             self._architecture = architecture
         else:
@@ -179,7 +181,7 @@ class TrafficVectorEnv(VectorEnv[Observation, Floats, Any]):
         cases = self._draw(runs) if given is None else list(given)
         self._check(cases, len(runs))
         traffic = make_traffic(self._backend)
-        traffic.base_dir = self._folder
+        traffic.base_dir, traffic.scenario_dir = self._folder, self._scenario_folder
         _, scene = traffic.reset(cases)
         for group in self._groups:
             group.without(begins)

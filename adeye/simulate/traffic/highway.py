@@ -141,7 +141,7 @@ class HighwayTraffic(Staged):
                 remedy="Use the batch traffic.",
             )
         world = compile_world(cases)
-        self._stage = stage = Stage(world, cases, self.base_dir)
+        self._stage = stage = Stage(world, cases, self.base_dir, self.scenario_dir)
         self._reactive = [int(actor) for actor in np.flatnonzero(~world.scripted)]
         self._desired = world.desired_speed
         self._reacted: Floats = np.zeros((stage.runs, len(world.scripted), 5))

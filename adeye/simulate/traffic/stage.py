@@ -35,6 +35,7 @@ from adeye.kernel.storyboard import (
     move_actors,
 )
 from adeye.signals import Bools, Floats, Ints, Scene, SceneContext
+from adeye.simulate.traffic.drivers import Drivers
 from adeye.simulate.traffic.plant import Plants
 from adeye.spec.clock import ticks
 
@@ -586,8 +587,17 @@ class Stage:
         ending: Which runs have ended.
     """
 
-    def __init__(self, world: World, cases: Sequence[Situation], base_dir: Path) -> None:
-        """Set everything to its start, and begin the events whose condition holds at once."""
+    def __init__(
+        self, world: World, cases: Sequence[Situation], base_dir: Path, scenario_dir: Path
+    ) -> None:
+        """Set everything to its start, and begin the events whose condition holds at once.
+
+        Args:
+            world: What the runs begin with.
+            cases: Of one structure.
+            base_dir: Folder of the architecture's file, where the FMUs of vehicles are.
+            scenario_dir: That of the scenario's, where those are that drive actors.
+        """
         context = world.context
         self.world = world
         self.runs = context.runs
@@ -613,6 +623,8 @@ class Stage:
             ended=np.zeros(shape, dtype=np.bool_),
         )
         self._motion = Ego(cases, context, base_dir)
+        is_driven = any(item.driver is not None for item in cases[0].scenario.actors.values())
+        self._drivers = Drivers(cases, world, scenario_dir) if is_driven else None
         self._contacts = Contacts(context)
         self._everyone: Bools = np.ones(self.runs, dtype=np.bool_)
         self._contacts.update(self._everyone, self.ego, self.objects, self.ego, self.objects)
@@ -627,6 +639,7 @@ class Stage:
             friction: (B,) of the ego's tyres; None for that of the road.
         """
         running = self.ending.running
+        before = self.scene() if self._drivers is not None else None
         # Scenes keep the arrays of their tick; what changes is written to new ones.
         ego, objects = self.ego, self.objects
         self.ego, self.objects = ego.copy(), objects.copy()
@@ -648,12 +661,16 @@ class Stage:
         if world.context.road.slabs.shape[1]:
             follow_lanes(running, self._script, self._actors, places, self._grounds, self.objects)
         take_reacted(running, world.scripted, reacted, self.objects)
+        if self._drivers is not None and before is not None:
+            self._drivers.move(before, self._grounds, self.objects)
         self._contacts.update(running, ego, objects, self.ego, self.objects)
         self._settle(running)
 
     def close(self) -> None:
         """End what moves vehicles outside of this process."""
         self._motion.close()
+        if self._drivers is not None:
+            self._drivers.close()
 
     def scene(self) -> Scene:
         """Show what is true at the present tick; later ticks leave it as it is."""
@@ -729,6 +746,8 @@ class Staged:
         self._stage: Stage | None = None
         self.base_dir = Path()
         """Folder of the architecture's file, where the FMUs of vehicles are."""
+        self.scenario_dir = Path()
+        """Folder of the scenario's file, where those are that drive actors."""
 
     def close(self) -> None:
         """End what moves vehicles outside of this process."""

@@ -185,11 +185,13 @@ def _starts(scenario: LogicalScenario) -> Iterator[Finding]:
             unknown = True
             loc = ("actors", name, "start", "ahead_of")
             yield loc, f"there is no actor {base!r}. {suggest(base, things)}"
-        if actor.reactive is not None and actor.start.lane is None:
-            yield ("actors", name, "start"), "a reactive actor starts in a lane"
-        if actor.reactive is not None and actor.start.heading is not None:
-            loc = ("actors", name, "start", "heading")
-            yield loc, "a reactive actor starts along the road, without a heading"
+        if not actor.takes_actions:
+            how = "reactive" if actor.driver is None else "driven"
+            if actor.start.lane is None:
+                yield ("actors", name, "start"), f"a {how} actor starts in a lane"
+            if actor.start.heading is not None:
+                loc = ("actors", name, "start", "heading")
+                yield loc, f"a {how} actor starts along the road, without a heading"
     circle = () if unknown else gap_circle(scenario)
     if circle:
         loc = ("actors", circle[0], "start", "ahead_of")
@@ -202,8 +204,9 @@ def _events(scenario: LogicalScenario) -> Iterator[Finding]:
         actor = scenario.actors.get(event.actor)
         if actor is None:
             yield loc, f"there is no actor {event.actor!r}. {suggest(event.actor, scenario.actors)}"
-        elif actor.reactive is not None:
-            yield loc, f"{event.actor!r} is reactive and takes no actions from the storyboard"
+        elif not actor.takes_actions:
+            how = "reactive" if actor.driver is None else "driven by an FMU"
+            yield loc, f"{event.actor!r} is {how} and takes no actions from the storyboard"
         base = event.speed and event.speed.relative_to
         things = [EGO, *scenario.actors, *scenario.world.objects]
         if base and base not in things:

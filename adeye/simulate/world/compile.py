@@ -334,9 +334,10 @@ class World:
         ego: (B, 7) initial states, see ``signals.EGO_COLUMNS``.
         objects: (B, M, 5) initial states, see ``signals.OBJECT_COLUMNS``.
         actors: (B, A, ACTOR_WIDTH) initial states, see ``kernel.storyboard``.
-        scripted: (A,) which actors follow the storyboard; the others are reactive.
+        scripted: (A,) which actors the stage moves, by the storyboard or as an FMU drives them;
+            the others are reactive.
         lane_changes: (A,) which reactive actors may change lanes.
-        desired_speed: (B, A) speed that reactive actors want to drive [m/s].
+        desired_speed: (B, A) speed that reactive and driven actors want to drive [m/s].
         ego_desired_speed: (B,) speed that the ego is asked to drive [m/s].
         goal: (B,) place along the road where the ego is to arrive [m], inf for none.
         script: The storyboard.
@@ -508,11 +509,12 @@ def _desired_speeds(formulas: Formulas, starts: Starts, actors: int) -> Floats:
     speeds = starts.speed[:, :actors].copy()
     for scenario, rows, columns in formulas.parts:
         for number, actor in enumerate(scenario.actors.values()):
-            if actor.reactive is not None and actor.reactive.desired_speed is not None:
-                speeds[rows, number] = actor.reactive.desired_speed.evaluate(columns)
+            mover = actor.driver if actor.reactive is None else actor.reactive
+            if mover is not None and mover.desired_speed is not None:
+                speeds[rows, number] = mover.desired_speed.evaluate(columns)
     if not np.isfinite(speeds).all() or (speeds < 0.0).any():
         raise SpecError(
-            "actors.*.reactive.desired_speed: a desired speed is negative or not finite",
+            "actors.*.desired_speed: a desired speed is negative or not finite",
             remedy="Narrow the range of the parameters that it is computed from.",
         )
     return speeds

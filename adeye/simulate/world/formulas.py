@@ -171,7 +171,8 @@ def structure(scenario: LogicalScenario) -> tuple[object, ...]:
 def _actor_structure(actor: Actor) -> tuple[object, ...]:
     reactive = actor.reactive and actor.reactive.lane_changes
     start = actor.start
-    return actor.kind, reactive, start.ahead_of, start.lane is None, start.off_road
+    is_driven = actor.driver is not None
+    return actor.kind, reactive, start.ahead_of, start.lane is None, start.off_road, is_driven
 
 
 def _event_structure(event: Event) -> tuple[object, ...]:

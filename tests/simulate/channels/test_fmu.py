@@ -10,7 +10,8 @@ from adeye.errors import SpecError
 from adeye.signals import FAULT, OK, SILENT, ControlCommand
 from adeye.simulate.channels.fmu import FmuChannel, wire_channel
 from adeye.simulate.channels.policy import EGO_FEATURES, OBJECT_FEATURES
-from adeye.spec.channels import EGO_SIGNALS, OBJECT_SIGNALS, FmuParameters
+from adeye.spec.channels import EGO_SIGNALS, FmuParameters
+from adeye.spec.programs import OBJECT_SIGNALS
 from adeye.testing import channel_context, check_channel
 from tests.refusals import refused
 from tests.simulate.bridges.fmus import Var, build_fmu, cruise

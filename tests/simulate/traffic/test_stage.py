@@ -39,7 +39,7 @@ CUT_IN: dict[str, Any] = {
 
 def run(cases: list[TestCase], command: tuple[float, float] = (0.0, 0.0)) -> list[Scene]:
     """Drive every run to its end with one command; return the scenes."""
-    stage = Stage(compile_world(cases), cases, Path())
+    stage = Stage(compile_world(cases), cases, Path(), Path())
     scenes = [stage.scene()]
     nothing: Floats = np.zeros((len(cases), len(cases[0].scenario.actors), 5))
     while scenes[-1].running.any():
@@ -60,7 +60,7 @@ def test_a_scene_holds_what_is_true_at_its_tick() -> None:
 
 def test_scenes_do_not_change_afterwards() -> None:
     cases = [make_case(make_scenario())]
-    stage = Stage(compile_world(cases), cases, Path())
+    stage = Stage(compile_world(cases), cases, Path(), Path())
     first = stage.scene()
     before = first.ego.tolist()
     stage.advance(np.zeros((1, 2)), np.zeros((1, 0, 5)))
