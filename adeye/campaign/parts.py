@@ -7,9 +7,11 @@ if everything is still as planned after its block.
 
 from __future__ import annotations
 
+import os
 import re
 import threading
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import wraps
 from importlib.machinery import PathFinder
@@ -425,7 +427,8 @@ class Source:
         user: Who names it: an architecture, or the ODD.
         folder: Folder of the file that names it.
         digest: Hash when the campaign was planned.
-        path: Of a file that a plug-in reads; None for code.
+        path: Of a file that a plug-in reads, as it is named: links in it are followed anew whenever
+            it is read. None for code.
     """
 
     name: str
@@ -496,26 +499,48 @@ def sources(plan: CampaignPlan) -> Iterator[Source]:
         for part in parts.plugins:
             yield Source(part.name, user, plan.folders[name], part.source_digest)
         for file in parts.files:
-            yield Source(file.name, user, plan.folders[name], file.digest, file.path)
+            folder = plan.folders[name]
+            yield Source(file.name, user, folder, file.digest, folder / file.name)
         for part in parts.metrics:
             yield Source(part.name, "the ODD", plan.path.parent, part.source_digest)
     for name, loaded in plan.files.scenarios.items():
         folder = loaded.path.parent
         for driver in loaded.spec.drivers.values():
-            path = plugins.locate_file(driver.file, folder)
+            path = folder / driver.file
             yield Source(driver.file, f"scenario {name}", folder, driver.digest, path)
 
 
 def _signature(source: Source) -> _Signature:
     found = []
     for path in source.paths():
+        if source.path is not None:
+            found += _links(path)
         try:
             told = path.stat()
         except OSError:
             found.append((str(path), _GONE, _GONE, _GONE, _GONE))
         else:
-            found.append((str(path), told.st_ino, told.st_size, told.st_mtime_ns, told.st_ctime_ns))
+            found.append(_told_of(path, told))
     return tuple(found)
+
+
+def _told_of(path: Path, told: os.stat_result) -> tuple[str, int, int, int, int]:
+    return str(path), told.st_ino, told.st_size, told.st_mtime_ns, told.st_ctime_ns
+
+
+def _links(path: Path) -> list[tuple[str, int, int, int, int]]:
+    """Tell of the symbolic links that lead to a file: one that is switched leads to another."""
+    found = []
+    waiting, seen = [Path.cwd() / path], set()
+    while waiting:
+        place = waiting.pop()
+        for item in (place, *place.parents):
+            if item not in seen:
+                seen.add(item)
+                with suppress(OSError):
+                    waiting.append(item.parent / item.readlink())
+                    found.append(_told_of(item, item.lstat()))
+    return found
 
 
 def _written(before: _Signature | None, now: _Signature) -> str:

@@ -338,7 +338,7 @@ def _absolute(context: WorkContext) -> WorkContext:
 
 
 def _absolute_source(source: Source) -> Source:
-    path = None if source.path is None else source.path.resolve()
+    path = None if source.path is None else Path.cwd() / source.path
     return replace(source, folder=source.folder.resolve(), path=path)
 
 

@@ -530,6 +530,44 @@ def test_file_that_was_another_one_meanwhile_is_noticed(
     assert str(path) in str(told)
 
 
+def switch(link: Path, target: str) -> None:
+    """Lead a link elsewhere at once, as who deploys does."""
+    other = link.with_name(f"{link.name}.new")
+    other.symlink_to(target)
+    other.replace(link)
+
+
+@pytest.mark.parametrize("kind", ["folder", "file", "link behind a link"])
+@pytest.mark.parametrize("is_put_back", [False, True])
+def test_link_that_is_switched_meanwhile_is_noticed(
+    watched: Project, kind: str, *, is_put_back: bool
+) -> None:
+    folder = watched.folder / "odd" / "architectures"
+    for version, content in (("v1", b"1"), ("v2", b"2")):
+        (folder / version).mkdir()
+        (folder / version / "weights.bin").write_bytes(content)
+    link = folder / "current"
+    link.symlink_to("v1")
+    named, target = "current/weights.bin", "v2"
+    if kind == "link behind a link":
+        (folder / "weights.bin").unlink()
+        (folder / "weights.bin").symlink_to("current/weights.bin")
+        named = "weights.bin"
+    if kind == "file":
+        link.unlink()
+        link.symlink_to("v1/weights.bin")
+        named, target = "current", "v2/weights.bin"
+    with watched.edited("odd/architectures/own.yaml") as own:
+        own["channels"]["alone"]["files"] = [f"./{named}"]
+    unchanged = delivered.Unchanged(watched.plan())
+    unchanged.check()
+    former = str(link.readlink())
+    switch(link, target)
+    if is_put_back:
+        switch(link, former)
+    refused(IntegrityError, unchanged.check, says="was changed after the campaign")
+
+
 def test_copy_of_the_same_size_and_time_is_noticed(watched: Project, tmp_path: Path) -> None:
     unchanged = delivered.Unchanged(watched.plan())
     unchanged.check()
