@@ -8,6 +8,7 @@ from __future__ import annotations
 import gc
 import hashlib
 import math
+import os
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -322,7 +323,8 @@ def read_map(path: Path, *, strict: bool = False) -> tuple[OpenDrive, Losses]:
     from adeye.maps.opendrive_reader import LANE_TYPES, read_opendrive
 
     beside = path.parent / RULES
-    rules = Rules(beside, path.name, LANE_TYPES) if beside.is_file() else None
+    # What has that name and is no file is refused where it is read.
+    rules = Rules(beside, path.name, LANE_TYPES) if os.path.lexists(beside) else None
     drive, losses = read_opendrive(path, rules, strict=strict)
     losses.given = rules.count if rules else 0
     return drive, losses
@@ -400,6 +402,12 @@ class Rules:
         self._document = load_document(path)
         maps = validate(self._document, RulesFile).maps
         for other in maps:
+            if Path(other).name != other:
+                raise SpecError(
+                    f"maps: {shown(other)} is a path",
+                    where=self._document.locate_key(("maps", other)),
+                    remedy=f"Rules are for maps beside them: write {Path(other).name!r}.",
+                )
             if not (path.parent / other).is_file():
                 raise SpecError(
                     f"maps: there is no map {shown(other)} beside these rules",

@@ -8,11 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from adeye.errors import InputErrors, SpecError
+from adeye.errors import InputError, InputErrors, SpecError
 from adeye.maps import lanes
 from adeye.maps.losses import Loss
 from adeye.maps.opendrive import OpenDrive
 from adeye.spec.places import read_map
+from tests.refusals import refused
 
 SMALL = (Path(__file__).parents[1] / "malformed" / "small.xodr").read_text("utf-8")
 THIRD_PARTY = Path(__file__).resolve().parents[3] / "shared" / "data" / "openscenario"
@@ -157,6 +158,7 @@ def test_rules_beside_a_map_take_the_place_of_guesses(tmp_path: Path) -> None:
         ("1/0", "1/1", "rules.yaml:4:13: lanes: '1/1': the map leaves nothing of that name"),
         ("[-2, -1]", "[-2]", "at least 2"),
         ("map.xodr:", "nap.xodr:", "there is no map 'nap.xodr' beside these rules"),
+        ("map.xodr:", "./map.xodr:", "rules.yaml:2:3: maps: './map.xodr' is a path"),
         ("lanes:", "limits:", "limits"),
     ],
 )
@@ -164,6 +166,16 @@ def test_rule_of_no_use_is_refused(tmp_path: Path, old: str, new: str, said: str
     (tmp_path / "rules.yaml").write_text(RULES.replace(old, new), encoding="utf-8")
     with pytest.raises((SpecError, InputErrors), match=re.escape(said)):
         read(tmp_path, *GUESSED)
+
+
+@pytest.mark.parametrize("kind", ["folder", "link"])
+def test_rules_that_are_no_file_are_refused(tmp_path: Path, kind: str) -> None:
+    rules = tmp_path / "rules.yaml"
+    if kind == "folder":
+        rules.mkdir()
+    else:
+        rules.symlink_to("nowhere.yaml")
+    refused(InputError, read, tmp_path, says=r"rules\.yaml")
 
 
 def test_widths_begin_with_their_section_and_borders_give_way(tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ An FMU's binary is never loaded here: that is for ``fmu_program``, in a process 
 
 from __future__ import annotations
 
+import math
 import stat
 import zipfile
 from dataclasses import dataclass
@@ -274,6 +275,11 @@ def _scale(
             remedy="Define it in the FMU, or leave its unit away and give it in SI.",
         )
     exponents, factor, offset = told
+    if not (math.isfinite(factor) and factor != 0.0 and math.isfinite(offset)):
+        raise SpecError(
+            f"{where}, whose factor is {factor} and whose offset is {offset}",
+            remedy="Mend the unit in the FMU: its factor is a finite number other than 0.",
+        )
     # An angle may be told as a plain number, as SI has it.
     if exponents[:2] != dimension.exponents[:2] or exponents[2] not in {0, dimension.exponents[2]}:
         raise SpecError(

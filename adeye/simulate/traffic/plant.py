@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Final, NoReturn
 
 from adeye.errors import PluginError
 from adeye.kernel.boxes import wrap_to_pi
-from adeye.signals import EGO_COLUMNS, EGO_HEADING, EGO_SPEED
+from adeye.signals import EGO_COLUMNS, EGO_HEADING, EGO_SPEED, EGO_X, EGO_Y
 from adeye.simulate.bridges.fmus import Fmus, Step, Wired, wire_each, wire_fmu
-from adeye.simulate.bridges.programs import Broken
+from adeye.simulate.bridges.programs import INVALID_OUTPUT, Broken
 from adeye.units import Dimension, shown
 
 if TYPE_CHECKING:
@@ -53,6 +54,20 @@ def wire_plant(plant: Plant, base_dir: Path) -> Wired:
         [item for item in state if item[1] is not None],
         poses,
     )
+
+
+MOST_FASTER: Final = 50.0
+"""Largest change of speed that is no leap [m/s²]: five times what tyres hold. Our choice."""
+
+SLIP: Final = 0.3
+"""Share of the way by which it may differ from that of the speed: a vehicle that slides says how
+fast it rolls. Our choice."""
+
+MOST_AWAY: Final = 0.1
+"""By how much more [m]: lags of what is told. Our choice."""
+
+MOST_TURNED: Final = 6.0
+"""Largest yaw rate that is no leap [rad/s]: a turn in a second. Our choice."""
 
 
 class Plants:
@@ -106,6 +121,8 @@ class Plants:
             if isinstance(found, Broken):
                 self._fail(at, found, asked[at].begin)
             self._write(at, found, command, before, states)
+            run = self._runs[at]
+            self._require_continuous(at, asked[at].begin, before[run], states[run])
 
     def close(self) -> None:
         """End every FMU and wait until they have."""
@@ -140,6 +157,27 @@ class Plants:
         told.setdefault("steering_angle", float(command[run, 1]))
         told.setdefault("yaw_rate", turned / self._step)
         states[run] = [told[name] for name in EGO_COLUMNS]
+
+    def _require_continuous(self, at: int, time: float, before: Floats, now: Floats) -> None:
+        """Refuse a vehicle that is not where it can be a tick after it was elsewhere.
+
+        Its first step begins where the run does: an FMU that begins elsewhere is found here, too.
+        """
+        step, mean = self._step, 0.5 * abs(before[EGO_SPEED] + now[EGO_SPEED])
+        way = math.hypot(now[EGO_X] - before[EGO_X], now[EGO_Y] - before[EGO_Y])
+        turned = wrap_to_pi(now[EGO_HEADING] - before[EGO_HEADING])
+        spare = MOST_AWAY + SLIP * mean * step
+        found = (
+            ("changes its speed by", now[EGO_SPEED] - before[EGO_SPEED], MOST_FASTER * step, "m/s"),
+            ("is away from where its speed brings it by", way - mean * step, spare, "m"),
+            ("turns by", turned, MOST_TURNED * step, "rad"),
+        )
+        for what, change, most, unit in found:
+            if abs(change) > most:
+                said = (
+                    f"it {what} {abs(change):.3g} {unit} in a tick, at most {most:.3g} is no leap"
+                )
+                self._fail(at, Broken(INVALID_OUTPUT, said), time)
 
     def _fail(self, at: int, broken: Broken, time: float) -> NoReturn:
         name = shown(self._plants[at].file)

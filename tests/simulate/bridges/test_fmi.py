@@ -64,6 +64,14 @@ def test_variable_that_does_not_fit_is_refused(
     refused(SpecError, fmi.wire, description, [wanted], causality, says=says)
 
 
+@pytest.mark.parametrize("factor", ["0", "0.0", "NaN", "INF", "-INF"])
+def test_unit_without_a_size_is_refused(tmp_path: Path, factor: str) -> None:
+    units = {"odd": f's="1" factor="{factor}"'}
+    path = build_fmu(tmp_path, "odd", [Var("t", "input", unit="odd")], "", units=units)
+    found = fmi.read_description(path)
+    refused(SpecError, fmi.wire, found, [("time", "t", Dimension.TIME)], "input", says="factor")
+
+
 def test_unit_that_is_no_motion_is_refused(tmp_path: Path) -> None:
     path = build_fmu(tmp_path, "mass", [Var("m", "input", unit="kg")], "", units=SI)
     found = fmi.read_description(path)

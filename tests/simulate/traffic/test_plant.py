@@ -1,5 +1,6 @@
 """Vehicles that an FMU moves."""
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -82,6 +83,25 @@ def test_vehicle_whose_fmu_fails_ends_the_campaign(folder: Path) -> None:
     error = refused(PluginError, drive, [bad], folder, says="'./bad.fmu' failed at 0.3 s")
     assert "x nan (x) is no finite number" in str(error)
     assert error.exit_code == 3
+
+
+@pytest.mark.parametrize(
+    ("step", "says"),
+    [
+        ("if (h > 0 && t == 0) v[6] -= 80;", "at 0 s: .* away from where its speed .* 77 m"),
+        ("if (t > 0.32) v[6] -= 60;", r"at 0\.35 s: .* away from .* m in a tick"),
+        ("if (t > 0.32) v[7] += 5;", r"at 0\.35 s: .* away from"),
+        ("if (t > 0.32) v[9] -= 4;", r"at 0\.35 s: .* changes its speed by 3\.9"),
+        ("if (t > 0.32) v[8] += 0.5;", r"at 0\.35 s: .* turns by 0\.50. rad"),
+        # It says that it drives, and stands.
+        ("v[6] = v[2]; v[7] = v[3];", r"at 0 s: .* away from where its speed"),
+    ],
+)
+def test_vehicle_that_leaps_has_failed(folder: Path, step: str, says: str) -> None:
+    car(folder, step, name="leaping")
+    leaping = case({**PLANT, "file": "./leaping.fmu"})
+    error = refused(PluginError, drive, [leaping], folder, says="'./leaping.fmu' failed at")
+    assert re.search(says, str(error)), error
 
 
 def test_vehicle_without_an_fmu_is_identified_as_before() -> None:
