@@ -38,8 +38,8 @@ from adeye.simulate.channels.factory import HOSTED
 from adeye.simulate.channels.process.channel import MOST_PROGRAMS
 from adeye.simulate.recorder import trace_bytes
 from adeye.simulate.sensors.lidar import sample_bytes
+from adeye.store.evidence.ledger_check import refuse
 from adeye.store.evidence.roots import folder_of
-from adeye.store.evidence.verification import refuse
 from adeye.store.repository import Repository
 from adeye.store.write.planning import block_bounds
 from adeye.store.write.queue import WantedBlocks

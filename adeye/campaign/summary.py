@@ -96,6 +96,7 @@ def planned_as(campaign: CampaignInfo, path: str | Path) -> CampaignPlan:
 def _latest_of_file(repository: Repository, path: str | Path) -> CampaignInfo:
     latest = repository.latest_campaign(load_odd(path).odd.spec.odd)
     if latest is None:
+        repository.require_no_campaign_gone()
         raise UsageError(
             f"{path} has no campaign in the database", remedy=f"Run adeye run {path} first."
         )

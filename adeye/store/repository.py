@@ -22,7 +22,7 @@ from typing import Self
 
 from adeye.store import schema
 from adeye.store.database import Database, Door, Part, create_parent, reading, sharing, writing
-from adeye.store.evidence import verification
+from adeye.store.evidence import ledger_check, verification
 from adeye.store.evidence.roots import Evidence
 from adeye.store.location import Location, Place, locate
 from adeye.store.read import campaigns as stored
@@ -170,6 +170,7 @@ class Repository(Door):
             return tuple(verification.unsound(connection, campaign))
 
     require_sound = reading(verification.require_sound)
+    require_no_campaign_gone = reading(ledger_check.require_no_campaign_gone)
 
     def info(self) -> DatabaseInfo:
         """Say what the database holds."""

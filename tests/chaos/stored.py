@@ -128,6 +128,7 @@ WAYS: Final = [
         again("DELETE FROM work")),
     Way("deleted planned case", 4, "campaign_case",
         tampered("DELETE FROM campaign_case WHERE ordinal = 2")),
+    Way("deleted campaign", 4, "campaign", tampered("DELETE FROM campaign")),
     Way("FSR taken out of the plan", 4, "campaign_fsr",
         tampered("DELETE FROM campaign_fsr WHERE fsr_id = 'FSR-06'")),
     Way("altered metric", 4, "metric",

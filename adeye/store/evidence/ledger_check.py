@@ -7,13 +7,14 @@ agree, the third is named. Rows of other tables are listed in the ledger with th
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final
 
 import numpy as np
 from sqlalchemy import Connection, Table
 
+from adeye.errors import IntegrityError
 from adeye.store import ledger, tables
 from adeye.store.catalogue import rows_among
 from adeye.store.encoding import Row, chunked, stored_rows
@@ -49,6 +50,29 @@ class _Told:
     totals: dict[str, tuple[int, int]] = field(default_factory=dict)
     sealed: dict[tuple[int, str], int] = field(default_factory=lambda: defaultdict(int))
     broken: set[str] = field(default_factory=set)
+
+
+_NAMED: Final = 3
+
+
+def refuse(what: str, findings: Iterable[Finding]) -> None:
+    """Raise an error that names the first findings, if there is one.
+
+    Raises:
+        IntegrityError: There is.
+    """
+    # To the end: what is left of a stream would hold its cursor.
+    if named := "; ".join(map(str, list(findings)[:_NAMED])):
+        raise IntegrityError(f"{what} is not as it was written: {named}. See 'adeye db verify'.")
+
+
+def require_no_campaign_gone(connection: Connection) -> None:
+    """Refuse to say that a campaign is not there if the ledger knows one that is gone.
+
+    Raises:
+        IntegrityError: There is one.
+    """
+    refuse("the database", differing(connection, tables.campaign))
 
 
 def unbalanced(connection: Connection) -> Iterator[Finding]:

@@ -35,7 +35,7 @@ from adeye.store.encoding import (
     stored_rows,
     stored_words,
 )
-from adeye.store.evidence.ledger_check import differing, unbalanced
+from adeye.store.evidence.ledger_check import differing, refuse, unbalanced
 from adeye.store.evidence.roots import wrong_roots
 from adeye.store.ledger import key_text
 from adeye.store.plugin_metrics import plugin_tables
@@ -448,9 +448,6 @@ def unsound(connection: Connection, campaign: str) -> Iterator[Finding]:
         yield Finding("case_repeat", f"{item.fsr_id} {item.architecture}", problem)
 
 
-_NAMED: Final = 3
-
-
 def require_sound(connection: Connection, campaign: str, *, has_figures: bool = True) -> None:
     """Refuse to hand on, or to decide by, what is not as it was written, or is there no more.
 
@@ -473,17 +470,6 @@ def require_sound(connection: Connection, campaign: str, *, has_figures: bool = 
     told = [_as_far_as_readable(name, check) for name, check in checks.items()]
     altered = _altered(connection, campaign, has_figures=has_figures)
     refuse("the database", chain(unsound(connection, campaign), altered, *told))
-
-
-def refuse(what: str, findings: Iterable[Finding]) -> None:
-    """Raise an error that names the first findings, if there is one.
-
-    Raises:
-        IntegrityError: There is.
-    """
-    # To the end: what is left of a stream would hold its cursor.
-    if named := "; ".join(map(str, list(findings)[:_NAMED])):
-        raise IntegrityError(f"{what} is not as it was written: {named}. See 'adeye db verify'.")
 
 
 def _counted(connection: Connection, table: str) -> Iterator[Finding]:

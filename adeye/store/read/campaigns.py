@@ -19,6 +19,7 @@ from adeye.store import catalogue as catalog
 from adeye.store import records, schema, tables
 from adeye.store.cases import JUDGED, JUDGED_CASES, standing
 from adeye.store.encoding import stored_rows
+from adeye.store.evidence.ledger_check import require_no_campaign_gone
 from adeye.store.location import Location
 from adeye.store.owner import clock_now, is_abandoned
 from adeye.store.plugin_metrics import metric_values, plugin_metrics
@@ -115,10 +116,12 @@ def find_campaign(connection: Connection, name: str | None = None) -> records.Ca
 
     Raises:
         InputError: None or several match; the message names those that there are.
+        IntegrityError: One was there, and is gone.
     """
     if name is None:
         latest = latest_campaign(connection)
         if latest is None:
+            require_no_campaign_gone(connection)
             raise UsageError("the database has no campaign", remedy="Run an ODD first.")
         return latest
     if name.isascii() and name.isdigit() and len(name) < 10:
@@ -127,6 +130,7 @@ def find_campaign(connection: Connection, name: str | None = None) -> records.Ca
     try:
         found = _starting_with(connection, (tables.campaign.c.id,), name, "campaign")
     except InputError as error:
+        require_no_campaign_gone(connection)
         remedy = f"{error.remedy} {_known_campaigns(connection)}".strip()
         raise InputError(error.message, remedy=remedy) from error
     return next(_campaigns(connection, id=found))

@@ -29,8 +29,9 @@ from adeye.store import tables
 from adeye.store.catalogue import is_server, rows_among, table_names
 from adeye.store.database import Database
 from adeye.store.encoding import chunked, next_number, row, stored_rows
+from adeye.store.evidence.ledger_check import refuse
 from adeye.store.evidence.roots import campaign_sums
-from adeye.store.evidence.verification import refuse, verify
+from adeye.store.evidence.verification import verify
 from adeye.store.ledger import insert_rows
 from adeye.store.location import Location, Place, locate
 from adeye.store.plugin_metrics import ensure_same_table, plugin_tables
