@@ -61,7 +61,7 @@ CASES: Final[Mapping[str, str]] = {
     "pause": f"After {PAUSE_S:g} s without a question it answers as before, and says nothing else.",
     "no_object": "It goes on when no sensor sees an object.",
     "many_objects": "It goes on when every sensor reports as many objects as it can.",
-    "dead_sensors": "It goes on while sensors die one after the other, and linked channels are silent.",
+    "dead_sensors": "It goes on while sensors die one by one, and linked channels are silent.",
     "long": f"It goes on for {LONG:,} observations.",
     "ends": f"It ends by itself within {ENDING_S:g} s after its input, and leaves no process.",
 }
