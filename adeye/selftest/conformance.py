@@ -265,8 +265,16 @@ def _record(subject: Subject, speeds: Sequence[float]) -> _Script:
             own = content["channels"][name]
             content["channels"][name] = {"kind": "nominal", **{key: own[key] for key in kept}}
     architecture = Architecture.model_validate(content, context=SI)
+    script = _stimuli(Subject(architecture, subject.channel, subject.base_dir), tuple(speeds))
+    parameters = [subject.architecture.channels[subject.channel].parameters] * len(speeds)
+    context = replace(script.context, parameters=parameters, shows_candidates=True)
+    return replace(script, context=context)
+
+
+def _stimuli(subject: Subject, speeds: tuple[float, ...]) -> _Script:
+    """Keep what a channel is shown that drives."""
+    architecture = subject.architecture
     scenario = load_scenario(Path(__file__).with_name("project") / SCENARIO).spec
-    channel = architecture.channels[subject.channel]
     step = _step(architecture)
     stimuli = _Stimuli(subject.channel)
     engine.run(
@@ -289,12 +297,10 @@ def _record(subject: Subject, speeds: Sequence[float]) -> _Script:
         ],
         base_dirs={architecture.architecture: subject.base_dir},
         witness=stimuli,
-        most_ticks=round(OBSERVATIONS / (channel.rate * step)),
+        most_ticks=round(OBSERVATIONS / (architecture.channels[subject.channel].rate * step)),
     )
     assert stimuli.context is not None
-    parameters = [subject.architecture.channels[subject.channel].parameters] * len(speeds)
-    context = replace(stimuli.context, parameters=parameters, shows_candidates=True)
-    return _Script(context, stimuli.observations)
+    return _Script(stimuli.context, stimuli.observations)
 
 
 def _step(architecture: Architecture) -> float:
