@@ -318,10 +318,7 @@ def _execute(task: BatchTask) -> BatchResult:
     evaluation = evaluate(trace, cases, context.requirements, context.faults)
     engines = [context.engines[case.architecture.architecture] for case in cases]
     files = keep_traces(trace, evaluation, context.keep)
-    everything = describe(trace, evaluation, engines, files)
-    clocks = [has_clock(case.architecture, paced=context.pace is not None) for case in cases]
-    dependent = everything.machine_dependent | np.array(clocks)
-    everything = replace(everything, machine_dependent=dependent)
+    everything = describe(trace, evaluation, engines, files, paced=context.pace is not None)
     executed = len(task.execute)
     runs = everything.take(np.arange(executed)) if executed else None
     return BatchResult(runs, _judged(task, everything) if task.judge else None)
@@ -414,6 +411,8 @@ def describe(
     evaluation: Evaluation,
     engines: Sequence[EngineKey],
     files: Sequence[tuple[str, int] | None] = (),
+    *,
+    paced: bool = False,
 ) -> RunBlock:
     """Describe the runs of a batch for the database.
 
@@ -422,6 +421,7 @@ def describe(
         evaluation: Of the batch.
         engines: B engines that executed them.
         files: Where their traces are kept; empty for nowhere.
+        paced: Whether they were executed at a pace.
     """
     happened = evaluation.happened
     different = tuple(dict.fromkeys(engines))
@@ -446,7 +446,13 @@ def describe(
         realised=happened.realised,
         end_reason=Texts(happened.end_reason, Dictionary(END_REASONS)),
         machine_dependent=np.array(
-            [event is not None and event.is_machine_dependent for event in trace.channel_events],
+            [
+                has_clock(architecture, paced=paced)
+                or (event is not None and event.is_machine_dependent)
+                for architecture, event in zip(
+                    trace.layout.architectures, trace.channel_events, strict=True
+                )
+            ],
             dtype=np.bool_,
         ),
         metrics=_metrics(trace, evaluation, METRIC_IDS),
