@@ -16,9 +16,10 @@ from adeye.spec.architecture import ACTUATORS, HEALTH
 from adeye.spec.channels import (
     CommandChannel,
     FmuChannel,
-    HostedChannel,
+    OutsideChannel,
     PluginChannel,
     PolicyChannel,
+    RemoteChannel,
     SafetyChannel,
 )
 
@@ -355,7 +356,9 @@ def _own_code(channel: Channel) -> Iterator[tuple[str, str]]:
                 yield posixpath.normpath(word), "file that both programs are given"
     if isinstance(channel, FmuChannel):
         yield posixpath.normpath(channel.parameters.file), "FMU of both"
-    if isinstance(channel, PluginChannel | PolicyChannel | HostedChannel):
+    if isinstance(channel, RemoteChannel):
+        yield channel.parameters.place.host, "host that both are on"
+    if isinstance(channel, OutsideChannel):
         for name in channel.files:
             yield posixpath.normpath(name), "file that both read"
 

@@ -37,6 +37,7 @@ from adeye.spec.channels import (
     CommandChannel,
     FmuChannel,
     HostedChannel,
+    OutsideChannel,
     PluginChannel,
     PolicyChannel,
 )
@@ -157,7 +158,7 @@ def _require_program(loaded: Loaded[Architecture], name: str, channel: HostedCha
     with placed(loaded.locate(("channels", name, "parameters", *key)), f"channel {name}: "):
         if isinstance(channel, FmuChannel):
             wire_channel(channel.parameters, folder)
-        else:
+        elif isinstance(channel, CommandChannel):
             find_program(channel.parameters.command, folder)
 
 
@@ -179,7 +180,7 @@ def _named(architecture: Architecture, name: str) -> list[tuple[plugins.Loc, str
         found += [(("parameters", "command", at), file) for at, file in files.items()]
     if isinstance(channel, FmuChannel):
         found.append((("parameters", "file"), channel.parameters.file))
-    if isinstance(channel, PolicyChannel | HostedChannel | PluginChannel):
+    if isinstance(channel, OutsideChannel):
         found += [(("files", at), file) for at, file in enumerate(channel.files)]
     return found
 

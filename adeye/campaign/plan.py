@@ -28,6 +28,7 @@ from adeye.judge.requirements import (
 from adeye.judge.uncertainty import LEAST_PAIRS, judged_digest
 from adeye.simulate.engine import DEFAULT_BACKEND, DRIVER, EngineIdentity, identity
 from adeye.spec.architecture import Architecture
+from adeye.spec.channels import RemoteChannel
 from adeye.spec.fault import FAULT, Injected, idle_faults
 from adeye.spec.load import INPUTS, MAPS, OddFiles, load_odd
 from adeye.spec.odd import Attributes, Distribution, Odd
@@ -49,6 +50,7 @@ if TYPE_CHECKING:
 
     from adeye.plugins import Part
     from adeye.signals import SignalType
+    from adeye.spec.channels import RemoteParameters
     from adeye.store.records import StoredCase
 
 # --- Which runs are executed with half the step, too, and which verdicts they are for -------------
@@ -698,7 +700,21 @@ def _notices(files: OddFiles) -> Iterator[str]:
             yield f"{fsr.id} is meant, although no run was found that decides all of its formula"
     for name, item in files.architectures.items():
         for channel, spec in item.spec.channels.items():
+            if isinstance(spec, RemoteChannel):
+                yield from _at_an_address(f"{name}: channel {channel}", spec.parameters)
             if not spec.links:
                 yield f"{name}: channel {channel} has no links, so it cannot act"
             if channel not in item.spec.switch.priority:
                 yield f"{name}: channel {channel} is not in switch.priority, so it never acts"
+
+
+def _at_an_address(who: str, given: RemoteParameters) -> Iterator[str]:
+    yield (
+        f"{who} is asked at {given.address}; what runs there counts by its word, version "
+        f"{given.version}, and its results are marked machine-dependent"
+    )
+    if not given.place.is_here:
+        yield (
+            f"{who} is reached unprotected: nothing is encrypted, nobody is authenticated, and "
+            "whoever is on the way can read, alter and give answers"
+        )

@@ -318,7 +318,10 @@ def replay_run(
             f"this is {now.variant}, numerics version {now.numerics_version}"
         )
     if row["machine_dependent"]:
-        why = "a deadline or limit that depends on the machine stopped a channel in it"
+        why = (
+            "it depends on the machine: on a deadline or limit that stopped a channel, on what is "
+            "at an address, or on the pace that it was run at"
+        )
         note = f"{note}; {why}" if note else why
     return Replayed(
         run=done.run.result_digest,

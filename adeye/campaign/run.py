@@ -52,6 +52,7 @@ if TYPE_CHECKING:
     from adeye.campaign.plan import CampaignPlan
     from adeye.ports import Executor
     from adeye.signals import Bools
+    from adeye.simulate.channels.pace import Pace
     from adeye.store.records import Block, Plan
     from adeye.sweep.case import TestCase
 
@@ -423,12 +424,14 @@ class Session:
         limits: After how much of it no block is begun any more.
         stop: Whether somebody asked it to end.
         deadline_s: How long a worker process may take for one block [s].
+        pace: Of the ticks; None for as fast as they go. It is measured in this process only.
     """
 
     choice: Choice = field(default_factory=Choice)
     limits: Limits = field(default_factory=Limits)
     stop: Stop = field(default_factory=Stop)
     deadline_s: float = DEADLINE_S
+    pace: Pace | None = None
 
     @property
     def has_ended(self) -> bool:
@@ -643,7 +646,9 @@ class _Campaign:
         self._repository, self._plan = repository, plan
         self._report = progress or (lambda _: None)
         keep = Keep(traces, folder_of(repository.location.beside))
-        self._context = plan.work if traces == "none" else replace(plan.work, keep=keep)
+        self._context = replace(
+            plan.work, keep=None if traces == "none" else keep, pace=self._session.pace
+        )
 
     def finish(
         self,
@@ -663,11 +668,13 @@ class _Campaign:
         """
         repository, plan = self._repository, self._plan
         planned, size = plan.expansion.count, block_size(plan)
+        # A bench has one of each, and answers would wait for those of other runs.
+        together = 1 if self._session.pace else size
         record = plan.record()
         stored = repository.plan_campaign(
             record,
             plan.planned(),
-            block_size=size,
+            block_size=together,
             report=lambda done: self._report(Progress("plan", done, planned, 0)),
         )
         if stored.to_judge:
@@ -683,7 +690,7 @@ class _Campaign:
         lanes_of = _Lanes(plan, lanes, self._session, elsewhere)
         allowed = executes, replays
         tasks = Tasks(repository, plan, stored, allowed, self._session, self._context)
-        tasks.choose(chosen, stored, size)
+        tasks.choose(chosen, stored, together)
         halved, again = Halved(), Rejudged(0, 0, {}, {})
         state = Progress("run", 0, 0, 0)
         try:
@@ -728,7 +735,8 @@ class _Campaign:
         if not executes:
             return Halved(0, ("they were not executed; `adeye run` executes them",))
         fit = fitting(self._plan.examples())
-        halves = HalfStepTasks(self._repository, self._plan, fit, self._context)
+        context = replace(self._context, pace=None)
+        halves = HalfStepTasks(self._repository, self._plan, fit, context)
         self._report(Progress("half step", 0, halves.total, 0))
         for done in lanes.start(halves):
             unchanged.check()

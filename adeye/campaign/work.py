@@ -30,7 +30,7 @@ from adeye.kernel.jit import is_cache_warm, mark_cache_warm
 from adeye.kernel.relation import tick_times
 from adeye.simulate.engine import run as run_batch
 from adeye.simulate.recorder import Memory
-from adeye.spec.channels import Channel, SafetyChannel
+from adeye.spec.channels import Channel, OutsideChannel, RemoteChannel, SafetyChannel
 from adeye.spec.sensors import model_name
 from adeye.store.block import (
     BasisBlock,
@@ -51,6 +51,7 @@ if TYPE_CHECKING:
 
     from adeye.judge.requirements import CheckedRequirement
     from adeye.judge.uncertainty import NumericUncertainty
+    from adeye.simulate.channels.pace import Pace
     from adeye.spec.architecture import Architecture
     from adeye.spec.concept import Requirement
     from adeye.spec.odd import Attributes
@@ -187,6 +188,7 @@ class WorkContext:
         metrics: Entry points of metrics from outside the package.
         odd_folder: Folder of the ODD's file, where those are looked for.
         keep: Which traces are kept; None for none.
+        pace: Of the ticks, where that is not as fast as they go.
     """
 
     backend: str
@@ -198,11 +200,17 @@ class WorkContext:
     metrics: tuple[str, ...]
     odd_folder: Path
     keep: Keep | None = None
+    pace: Pace | None = None
 
     def drive(self, cases: Sequence[TestCase], **how: Any) -> Trace:
         """Execute test cases of one structure, see ``simulate.engine.run``."""
         return run_batch(
-            cases, backend=self.backend, variant=self.variant, base_dirs=self.folders, **how
+            cases,
+            backend=self.backend,
+            variant=self.variant,
+            base_dirs=self.folders,
+            pace=self.pace,
+            **how,
         )
 
 
@@ -310,10 +318,24 @@ def _execute(task: BatchTask) -> BatchResult:
     evaluation = evaluate(trace, cases, context.requirements, context.faults)
     engines = [context.engines[case.architecture.architecture] for case in cases]
     files = keep_traces(trace, evaluation, context.keep)
-    everything = describe(trace, evaluation, engines, files)
+    everything = describe(trace, evaluation, engines, files, paced=context.pace is not None)
     executed = len(task.execute)
     runs = everything.take(np.arange(executed)) if executed else None
     return BatchResult(runs, _judged(task, everything) if task.judge else None)
+
+
+def has_clock(architecture: Architecture, *, paced: bool) -> bool:
+    """Tell whether the answers of a channel may hang on a machine that nothing here knows.
+
+    What is at an address has clocks and a computer of its own; whoever asks for a pace has channels
+    in mind that look at the clock, which any code from outside the package may do.
+
+    Args:
+        architecture: With the channels.
+        paced: Whether a pace was asked for.
+    """
+    channels = architecture.channels.values()
+    return any(isinstance(item, OutsideChannel if paced else RemoteChannel) for item in channels)
 
 
 _LOCAL = threading.local()
@@ -389,6 +411,8 @@ def describe(
     evaluation: Evaluation,
     engines: Sequence[EngineKey],
     files: Sequence[tuple[str, int] | None] = (),
+    *,
+    paced: bool = False,
 ) -> RunBlock:
     """Describe the runs of a batch for the database.
 
@@ -397,6 +421,7 @@ def describe(
         evaluation: Of the batch.
         engines: B engines that executed them.
         files: Where their traces are kept; empty for nowhere.
+        paced: Whether they were executed at a pace.
     """
     happened = evaluation.happened
     different = tuple(dict.fromkeys(engines))
@@ -421,7 +446,13 @@ def describe(
         realised=happened.realised,
         end_reason=Texts(happened.end_reason, Dictionary(END_REASONS)),
         machine_dependent=np.array(
-            [event is not None and event.is_machine_dependent for event in trace.channel_events],
+            [
+                has_clock(architecture, paced=paced)
+                or (event is not None and event.is_machine_dependent)
+                for architecture, event in zip(
+                    trace.layout.architectures, trace.channel_events, strict=True
+                )
+            ],
             dtype=np.bool_,
         ),
         metrics=_metrics(trace, evaluation, METRIC_IDS),

@@ -18,8 +18,8 @@ from adeye.cli.confidence import confidence, uncertainty
 from adeye.cli.database import database_app, manifest_app
 from adeye.cli.doctor import doctor, plugins
 from adeye.cli.faults import faults, fork, forks, timeline
-from adeye.cli.fmu import fmu_app
 from adeye.cli.gate import check, gate, stale
+from adeye.cli.guests import channel_app, fmu_app
 from adeye.cli.maps import map_app
 from adeye.cli.new import init, new_app
 from adeye.cli.options import add, examples
@@ -107,6 +107,7 @@ for panel, verbs in (
     for verb in verbs:
         add(app, verb, panel=panel)
 app.add_typer(new_app, name="new", rich_help_panel=WRITE)
+app.add_typer(channel_app, name="channel", rich_help_panel=WRITE)
 app.add_typer(fmu_app, name="fmu", rich_help_panel=WRITE)
 app.add_typer(map_app, name="map", rich_help_panel=WRITE)
 app.add_typer(scenario_app, name="scenario", rich_help_panel=WRITE)

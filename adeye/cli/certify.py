@@ -71,7 +71,7 @@ def certify(
 
 
 def _print_certificate(found: Certificate) -> None:
-    left_out = f"{found.machine_dependent:,} that a deadline of the machine ended"
+    left_out = f"{found.machine_dependent:,} that depend on the machine"
     out.emit_fields(
         {
             "Campaign": f"{out.short(found.campaign)} of {found.odd}",

@@ -570,6 +570,7 @@ def make_session(
     maxfail: int | None,
     budget: str | None,
     deadline: str | None,
+    pace: float | None = None,
 ) -> Session:
     """Read the options; the time of the budget begins now.
 
@@ -578,6 +579,7 @@ def make_session(
     """
     from adeye.campaign.run import DEADLINE_S, Limits, Session
     from adeye.campaign.selection import Choice, Keyword, Shard
+    from adeye.simulate.channels.pace import Pace
 
     return Session(
         choice=Choice(
@@ -590,4 +592,5 @@ def make_session(
             most_failures=maxfail,
         ),
         deadline_s=DEADLINE_S if deadline is None else seconds(deadline, "--deadline"),
+        pace=None if pace is None else Pace(pace),
     )

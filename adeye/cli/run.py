@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from adeye.campaign.traces import Wanted
     from adeye.campaign.warmup import Part
     from adeye.report.model.report import Report
+    from adeye.simulate.channels.pace import Pace
 
 # --- The table of verdicts that a campaign ends with, the worst first -----------------------------
 
@@ -183,6 +184,7 @@ def run(
     maxfail: Annotated[int | None, opt.option("N", min=1)] = None,
     budget: Annotated[str | None, opt.option("TIME")] = None,
     deadline: Annotated[str | None, opt.option("TIME")] = None,
+    pace: Annotated[float | None, opt.option("F")] = None,
     quiet: opt.Quiet = False,
     json: opt.Json = False,
 ) -> None:
@@ -220,6 +222,9 @@ def run(
             blocks before it; the same command goes on later.
         deadline: Kill a worker process that takes longer than this for one block, and try the block
             again; default: 1h. Threads cannot be killed.
+        pace: Simulate no more than F seconds in one second, one run after the other, and tell how
+            long channels take to answer: 1 for the wall clock, in soft real time. Results of
+            channels from outside are marked machine-dependent then.
 
     Examples:
         adeye run odd/first.yaml
@@ -241,13 +246,15 @@ def run(
         maxfail=maxfail,
         budget=budget,
         deadline=deadline,
+        pace=pace,
     )
+    _require_one_lane(session, (workers, threads, executor, scheduler))
     wanted = _wanted(traces)
     is_near = asked is None or not asked.address
     plan, aside = _plan(odd, backend, variant, is_near=is_near, quiet=quiet)
     if not (quiet or was_told or is_cache_warm(*plan.compiled_parts)):
         out.talk("Compiling sensors or channels that were not used before, for up to a minute.")
-    lanes = parallel(plan, threads, workers, executor)
+    lanes = parallel(plan, 1 if session.pace else threads, workers, executor)
     if not quiet:
         for notice in plan.notices:
             out.talk(out.clean(f"note: {notice}", lines=True))
@@ -259,10 +266,7 @@ def run(
     except ASKED_TO_END:
         out.talk(hint)
         raise
-    if json:
-        out.emit_json("run", document(summary))
-    else:
-        print_summary(summary, executed_text(summary))
+    _print_outcome(summary, session.pace, json=json)
     _tell_after(summary, wanted, quiet=quiet)
     code = int(summary.exit_code)
     if code in {130, 143}:
@@ -271,6 +275,38 @@ def run(
         files = {"html": report, "junit": junit, "json": report_json, "sarif": sarif}
         code = _write_after_run(files, db, summary, quiet=quiet)
     raise typer.Exit(code)
+
+
+def _require_one_lane(session: Session, asked: Sequence[object]) -> None:
+    if session.pace and any(asked):
+        raise UsageError(
+            "--pace is given with --threads, --workers, --executor or --scheduler",
+            remedy="Leave these out: runs at a pace are executed one after the other.",
+        )
+
+
+def _print_outcome(summary: CampaignSummary, pace: Pace | None, *, json: bool) -> None:
+    """Print what came out; of a pace how far it was kept, and how long channels took."""
+    answers = {} if pace is None else pace.answers
+    if json:
+        measured = ("factor", "ticks", "overruns", "latest_s")
+        told = {**out.fields_of(pace, *measured), "answers": answers} if pace else None
+        out.emit_json("run", {**document(summary), **({"pace": told} if told else {})})
+        return
+    print_summary(summary, executed_text(summary))
+    if pace is None or not pace.ticks:
+        return
+    late = f", by up to {1e3 * pace.latest_s:.3g} ms" if pace.overruns else ""
+    ended = f"{pace.overruns:,} of {pace.ticks:,} ticks ended late{late}"
+    out.emit(f"\nAt a pace of {pace.factor:g}: {ended}.")
+    headers = ("Channel", "Answers", "Median", "99 %", "Worst")
+    rows = [
+        [name, f"{times.asked:,}"]
+        + [f"{1e3 * value:.3g} ms" for value in (times.median_s, times.p99_s, times.worst_s)]
+        for name, times in answers.items()
+    ]
+    if rows:
+        out.emit_table(headers, rows, right=headers[1:])
 
 
 def _tell_after(summary: CampaignSummary, wanted: Wanted, *, quiet: bool) -> None:
@@ -483,7 +519,7 @@ def _write(
 _GOES_ON: Final = (
     *("backend", "variant", "threads", "workers", "executor", "scheduler", "report", "junit"),
     *("report_json", "traces", "sarif", "shard", "keyword", "last_failed", "maxfail", "budget"),
-    "deadline",
+    *("deadline", "pace"),
 )
 """Options that the command which goes on has as this one had them."""
 

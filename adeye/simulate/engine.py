@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from adeye.signals import SceneContext
+    from adeye.simulate.channels.pace import Pace
     from adeye.simulate.channels.process.protocol import Witness
     from adeye.sweep.case import TestCase
 
@@ -76,6 +77,7 @@ def run(  # noqa: PLR0913 - all but the cases has a default
     on_tick: Callable[[int], None] | None = None,
     most_ticks: int | None = None,
     witness: Witness | None = None,
+    pace: Pace | None = None,
 ) -> Trace:
     """Run a batch of test cases of one structure in closed loop.
 
@@ -90,6 +92,7 @@ def run(  # noqa: PLR0913 - all but the cases has a default
         on_tick: Called after each tick with the number of runs that have ended.
         most_ticks: Stop after so many ticks, however many runs go on; None to go to the end.
         witness: Who takes down what a channel is shown in the first run.
+        pace: Keeps ticks from beginning before their time; the trace is the same with and without.
 
     Returns:
         The trace; its rows are in the order of the cases.
@@ -102,7 +105,7 @@ def run(  # noqa: PLR0913 - all but the cases has a default
     traffic.scenario_dir = (base_dirs or {}).get(first.place_key, Path())
     context, scene = traffic.reset(cases)
     rig = Rig(cases, context, base_dir)
-    rack = ChannelRack(cases, context, base_dir, drawn=drawn, witness=witness)
+    rack = ChannelRack(cases, context, base_dir, drawn=drawn, witness=witness, pace=pace)
     faults = FaultPlan(cases, context)
     channels = tuple(first.architecture.channels)
     arbitration = SwitchContext([case.architecture.switch for case in cases], channels, first.step)
@@ -121,6 +124,8 @@ def run(  # noqa: PLR0913 - all but the cases has a default
     )
     with closing(traffic), closing(rig), closing(rack):
         while scene.running.any() and scene.tick != most_ticks:
+            if pace is not None:
+                pace.hold(scene.time)
             active = faults.update(scene)
             sensed = faults.on_bodies(rig, active, scene).sense(scene)
             readings = rack.detect(faults.on_readings(sensed, active, scene))
@@ -137,6 +142,8 @@ def run(  # noqa: PLR0913 - all but the cases has a default
             )
             if on_tick is not None:
                 on_tick(int(np.count_nonzero(~scene.running)))
+        if pace is not None:
+            pace.hold(scene.time)
         recorder.close(scene)
     return recorder.trace(
         horizon_row=traffic.ending.horizon_row, complete=traffic.ending.complete, events=rack.events

@@ -6,7 +6,9 @@
 
 from __future__ import annotations
 
+import ipaddress
 import math
+import re
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Final, Literal, NamedTuple, get_args
 
@@ -20,6 +22,7 @@ from adeye.spec.programs import (
     LEAD_SIGNALS,
     NEAREST,
     OBJECT_SIGNALS,
+    Deadlines,
     FmuUse,
     ProgramParameters,
     VariableName,
@@ -176,6 +179,7 @@ def reference_content(
 # --- The channels that an architecture may name, with their parameters ----------------------------
 
 FilePath = Annotated[str, StringConstraints(min_length=1, max_length=1000)]
+_Nfc: Final = AfterValidator(canonical)
 CommandWord = Annotated[
     str,
     StringConstraints(max_length=4096, pattern="^[^\\x00]*$"),
@@ -301,6 +305,77 @@ class ProcessParameters(ProgramParameters):
     PATH."""
     values: q.Free = {}
     """What the program is told about how to drive, as identified: keys sorted, text in NFC."""
+
+
+TCP: Final = r"^tcp://(\[[0-9A-Fa-f:.]+\]|[A-Za-z0-9._-]+):([0-9]{1,5})$"
+UNPROTECTED: Final = "unprotected"
+"""Word that a channel on another host needs."""
+
+
+class Place(NamedTuple):
+    """Where a channel on a host answers.
+
+    >>> Place.read("tcp://[::1]:7000"), Place.read("tcp://bench.local:7000").is_here
+    (Place(host='::1', port=7000), False)
+    """
+
+    host: str
+    port: int
+
+    @classmethod
+    def read(cls, address: str) -> Place:
+        """Read an address.
+
+        Raises:
+            ValueError: It is none.
+        """
+        found = re.fullmatch(TCP, address)
+        if found is None or not 0 < int(found[2]) < 2**16:
+            raise ValueError(f"{shown(address)} is no address like tcp://127.0.0.1:7000")
+        return cls(found[1].strip("[]"), int(found[2]))
+
+    @property
+    def is_here(self) -> bool:
+        """Whether it is at the loop-back interface, whatever names are resolved to."""
+        try:
+            return ipaddress.ip_address(self.host).is_loopback
+        except ValueError:
+            return self.host == "localhost"
+
+
+def _require_place(text: str) -> str:
+    Place.read(text)
+    return text
+
+
+class RemoteParameters(Deadlines):
+    """Remote channel: where it answers, what it says that it is, and when it is given up."""
+
+    address: Annotated[str, AfterValidator(_require_place)]
+    """``tcp://HOST:PORT``: what listens there gets a connection for each run."""
+    version: Annotated[str, StringConstraints(min_length=1, max_length=200), _Nfc]
+    """What it must say that it is in its first line. It stands in a result's identity for the
+    content that nobody here can read."""
+    network: Literal["loopback", "unprotected"] = "loopback"
+    """Other addresses than those of the loop-back interface take ``unprotected``: whoever is on the
+    way can read, alter and give answers."""
+    values: q.Free = {}
+    """What it is told about how to drive, as identified: keys sorted, text in NFC."""
+
+    @property
+    def place(self) -> Place:
+        """Its address."""
+        return Place.read(self.address)
+
+    @finds
+    def _is_meant(self) -> Iterator[Problem]:
+        if self.network != UNPROTECTED and not self.place.is_here:
+            text = (
+                f"{self.address} is not on this machine, and nothing protects the way there: "
+                "whoever is on it can read, alter and give answers. Write network: unprotected, "
+                "or lead a tunnel, such as that of ssh -L, to an address on this machine"
+            )
+            yield ("address",), text
 
 
 Topic = Literal[
@@ -549,11 +624,11 @@ class FmuChannel(_OutsideChannel):
     parameters: FmuParameters
 
 
-CommandChannel = ProcessChannel | RosChannel
-"""Channels whose program is a command of the user."""
+class RemoteChannel(_OutsideChannel):
+    """The built-in channel that asks what listens at an address, on this host or another one."""
 
-HostedChannel = CommandChannel | FmuChannel
-"""Channels with a program of their own in each run."""
+    kind: Literal["remote"]
+    parameters: RemoteParameters
 
 
 class PluginChannel(_OutsideChannel):
@@ -561,6 +636,16 @@ class PluginChannel(_OutsideChannel):
 
     kind: PluginPath
     parameters: q.Free = {}
+
+
+CommandChannel = ProcessChannel | RosChannel
+"""Channels whose program is a command of the user."""
+
+HostedChannel = CommandChannel | FmuChannel | RemoteChannel
+"""Channels that are asked outside of this process, each run for itself."""
+
+OutsideChannel = HostedChannel | PolicyChannel | PluginChannel
+"""Channels with code from outside the package."""
 
 
 BuiltInChannel = Annotated[
@@ -571,7 +656,8 @@ BuiltInChannel = Annotated[
     | PolicyChannel
     | ProcessChannel
     | RosChannel
-    | FmuChannel,
+    | FmuChannel
+    | RemoteChannel,
     Field(discriminator="kind"),
 ]
 Channel = BuiltInChannel | PluginChannel

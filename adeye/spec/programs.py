@@ -26,8 +26,8 @@ class ProcessLimits(q.Record):
     """Processes at once, with itself."""
 
 
-class ProgramParameters(q.Record):
-    """A program that decides for a channel: when it is stopped."""
+class Deadlines(q.Record):
+    """How long who decides may take."""
 
     start_deadline: Annotated[q.Duration, Field(gt=0.0)] = 10.0
     """Longest that it may take to its first line, by the wall clock [s]."""
@@ -35,6 +35,11 @@ class ProgramParameters(q.Record):
     """Longest that it may take to a command, by the wall clock [s]; it only stops what hangs."""
     run_deadline: Annotated[q.Duration, Field(gt=0.0)] = 300.0
     """Longest that it may keep its run waiting in all, by the wall clock [s]."""
+
+
+class ProgramParameters(Deadlines):
+    """A program that decides: when it is stopped."""
+
     limits: ProcessLimits = ProcessLimits()
 
 

@@ -12,6 +12,7 @@ from types import SimpleNamespace
 from typing import Any
 from unittest.mock import Mock
 
+import numpy as np
 import pytest
 
 import adeye.campaign.plan
@@ -24,7 +25,9 @@ from adeye.cli import run as cli_run
 from adeye.errors import PlatformError, Terminated, UsageError
 from adeye.judge.verdict import WORST_FIRST, ExitCode, Verdict, fold_fsrs
 from adeye.kernel import jit as adeye_jit
+from adeye.signals import Observation
 from adeye.store import schema
+from adeye.testing import ScriptedChannel, channel_context
 from tests.project import Executed
 
 # --- ``run`` and ``report``: exit codes, what is printed where, reports, interruption
@@ -228,12 +231,12 @@ def test_how_to_go_on(adeye: Any, campaign: Campaign, summary: Any, code: int) -
 def test_session_reaches_the_campaign_and_the_hint(adeye: Any, campaign: Campaign) -> None:
     campaign.summary = KeyboardInterrupt()
     options = ["--shard", "1/2", "-k", "cut_in and gap=30", "--last-failed", "--maxfail", "3"]
-    options += ["--budget", "8h", "--deadline", "10m"]
+    options += ["--budget", "8h", "--deadline", "10m", "--pace", "1.5"]
     ended = adeye("run", "odd.yaml", *options)
     session = campaign.runs[0]["session"]
     assert session.choice.text == "--shard 1/2 -k 'cut_in and gap=30' --last-failed"
     assert (session.limits.budget_s, session.limits.most_failures) == (28_800.0, 3)
-    assert session.deadline_s == 600.0
+    assert (session.deadline_s, session.pace.factor) == (600.0, 1.5)
     assert f"go on with: adeye run odd.yaml {shlex.join(options)}\n" in ended.err
 
 
@@ -246,6 +249,45 @@ def test_hint_has_what_decides_the_campaign(adeye: Any, campaign: Campaign) -> N
     assert campaign.plans[0] == campaign.plans[1]
     assert campaign.runs[0]["workers"] == campaign.runs[1]["workers"] == 3
     assert len(campaign.reports) == 1
+
+
+def test_pace_is_told_behind_the_verdicts(
+    adeye: Any, campaign: Campaign, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def execute(_plan: Any, **options: Any) -> CampaignSummary:
+        assert (options["threads"], options["workers"]) == (1, 1)
+        pace = options["session"].pace
+        channel = pace.timed("nominal", ScriptedChannel([0.0]))
+        channel.reset(channel_context(None, links=(), sensors={}))
+        for tick in range(3):
+            pace.hold(1e-9 * tick)
+            channel.act(Observation(0.0, {}, {}, None, np.ones(1, dtype=np.bool_)))
+        return SUMMARY
+
+    campaign.is_compiled = False
+    monkeypatch.setattr("adeye.campaign.run.run_campaign", execute)
+    ended = adeye("run", "odd.yaml", "--pace", "2")
+    told = ended.out[ended.out.index("At a pace of 2: 2 of 2 ticks ended late, by up to ") :]
+    assert [line.split()[0] for line in told.splitlines()[-1:]] == ["nominal"]
+    found = adeye("run", "odd.yaml", "--pace", "2", "--json").document["pace"]
+    assert (found["factor"], found["ticks"], found["overruns"]) == (2.0, 2, 2)
+    times = found["answers"]["nominal"]
+    assert times["asked"] == 3
+    assert 0.0 <= times["median_s"] <= times["p99_s"] <= times["worst_s"]
+
+
+def test_pace_of_nothing_is_not_told(adeye: Any, campaign: Campaign) -> None:
+    assert campaign.summary is SUMMARY
+    assert "pace" not in adeye("run", "odd.yaml", "--pace", "1").out
+    assert "pace" not in adeye("run", "odd.yaml", "--json").document
+
+
+@pytest.mark.usefixtures("campaign")
+def test_pace_takes_one_lane_and_a_number_above_zero(adeye: Any) -> None:
+    for lane in ("--threads", "--workers"):
+        assert "one after the other" in adeye("run", "o.yaml", "--pace", "1", lane, "2").refused
+    for wrong in ("0", "-1"):
+        assert "the pace is" in adeye("run", "o.yaml", "--pace", wrong).refused
 
 
 def test_report_of_no_campaign_is_an_input_error(adeye: Any, folder: Path) -> None:

@@ -353,7 +353,7 @@ class Certificate:
         sampled: Runs that were executed again.
         verdicts: Verdicts of these that were compared.
         strata: Combinations of scenario, architecture and fault entry among them.
-        machine_dependent: Runs left out, because a deadline of the machine ended a channel in them.
+        machine_dependent: Runs left out, because they depend on the machine, such as by a deadline.
         conditions: Under which the sample was executed, with the runs compared under each.
         findings: Runs that differ.
     """
@@ -411,7 +411,8 @@ def certify(
         if not chosen:
             raise UsageError(
                 f"campaign {campaign.id[:10]} has no run that can be certified",
-                remedy="Run it first; what a deadline of the machine ended cannot be certified.",
+                remedy="Run it first; what depends on the machine, by a deadline or by what is at "
+                "an address, cannot be certified.",
             )
         runs = _recall(repository, plan, chosen)
         wanted = CONDITIONS + tuple(

@@ -236,7 +236,8 @@ class Report(Part):
     accounted: Count
     outcomes: dict[Outcome, Count] = {}
     machine_dependent: Count = 0
-    """Runs that hit a wall-clock deadline: another machine may get other results."""
+    """Runs with a wall-clock deadline, a channel at an address or a pace: another machine may get
+    other results."""
     contacts: dict[str, Count] = {}
     """Runs that a contact ended, by architecture."""
     channel_failures: tuple[ChannelFailure, ...] = ()

@@ -172,6 +172,15 @@ class Fmus:
             self.ticks[run] += 1
         return found
 
+    @property
+    def strays(self) -> int:
+        """Processes that the FMUs have left behind."""
+        return self._children.strays
+
+    def finish(self, patience: float) -> dict[int, str]:
+        """Tell every program that its run is over, see ``Children.finish``."""
+        return self._children.finish(patience)
+
     def end(self, run: int) -> None:
         """End the program of a run; it is not waited for."""
         self._children.end(run)

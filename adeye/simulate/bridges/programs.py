@@ -1,8 +1,9 @@
 """Programs that are asked line by line, in parallel, each with deadlines of its own.
 
 All programs of a batch are asked at the same time, so that they share the processors and a tick
-waits for the slowest only. They run under a warden of their own, see ``warden``. Deadlines are on
-the monotonic clock; all they do is stop what hangs.
+waits for the slowest only. They run under a warden of their own, see ``warden``; or they listen at
+an address and get a connection. Deadlines are on the monotonic clock; all they do is stop what
+hangs.
 """
 
 from __future__ import annotations
@@ -41,6 +42,7 @@ and dropped."""
 _CHUNK: Final = 65_536
 _WARDEN: Final = Path(__file__).with_name("warden.py")
 _CLOSING_S: Final = 3.0
+_STRAYING_S: Final = 0.2
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,12 +80,14 @@ class Broken:
 
 
 class _Child:
-    """One program as seen from here."""
+    """One program as seen from here; one at an address has no standard error and no exit code."""
 
-    def __init__(self, number: int, pipes: tuple[int, int, int], patience: float) -> None:
+    def __init__(self, number: int, pipes: tuple[int, ...], patience: float) -> None:
         self.number = number
         self.patience = patience
-        self.stdin, self.stdout, self.stderr = pipes
+        self.fds = pipes
+        self.stdin, self.stdout, *stderr = pipes
+        self.stderr = stderr[0] if stderr else None
         self.unsent = b""
         self.heard = b""
         self.complaint = b""
@@ -91,6 +95,11 @@ class _Child:
         self.is_closed = False
         self.code: int | None = None
         self.why = ""
+
+    @property
+    def is_remote(self) -> bool:
+        """Whether it is at an address."""
+        return self.stderr is None
 
     def line(self) -> bytes | None:
         """Take the first whole line that it has answered with."""
@@ -102,7 +111,11 @@ class _Child:
 
 
 class Children:
-    """The programs of a batch, one for each run."""
+    """The programs of a batch, one for each run.
+
+    Attributes:
+        strays: Processes that programs have left behind in sessions of their own up to now.
+    """
 
     def __init__(self) -> None:
         """Start their warden.
@@ -128,6 +141,7 @@ class Children:
         except OSError as error:
             raise PlatformError(f"no program can be started: {error}") from error
         self._told = b""
+        self.strays = 0
         self._children: dict[int, _Child] = {}
         self._selector.register(self._control, selectors.EVENT_READ)
         self._end = weakref.finalize(
@@ -174,6 +188,36 @@ class Children:
         self._selector.register(stdout, selectors.EVENT_READ, child)
         self._selector.register(stderr, selectors.EVENT_READ, child)
 
+    def connect(
+        self, number: int, place: tuple[str, int], within: float, patience: float = math.inf
+    ) -> None:
+        """Connect to a program that listens at an address.
+
+        Args:
+            number: Its id from now on.
+            place: Host and port of TCP.
+            within: How long connecting may take [s].
+            patience: How long it may keep who asks waiting in all [s].
+
+        Raises:
+            PlatformError: Nobody listens there, or the host cannot be reached.
+        """
+        try:
+            with socket.create_connection(place, within) as connection:
+                # A line is sent at once and not kept until there is more to send.
+                connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+                pipes = os.dup(connection.fileno()), os.dup(connection.fileno())
+        except OSError as error:
+            host, port = place
+            raise PlatformError(
+                f"no connection to {host}, port {port}: {error.strerror or error}. Start what is "
+                "to listen there, and run again: results so far are kept"
+            ) from error
+        for fd in pipes:
+            os.set_blocking(fd, False)
+        self._children[number] = child = _Child(number, pipes, patience)
+        self._selector.register(child.stdout, selectors.EVENT_READ, child)
+
     def ask(
         self, lines: Mapping[int, bytes], patience: Mapping[int, float]
     ) -> dict[int, bytes | Broken]:
@@ -216,16 +260,47 @@ class Children:
             nearest = min(until[number] for number in waiting)
             touched = self._wait(nearest - passed, waiting)
 
+    def finish(self, patience: float) -> dict[int, str]:
+        """Tell every program by the end of its input that its run is over, and wait for its end.
+
+        Args:
+            patience: How long they may take [s].
+
+        Returns:
+            Of those that did not end by themselves, or crashed, what they did.
+        """
+        for child in self._children.values():
+            _end_input(child)
+            if child.is_paused:
+                child.is_paused = False
+                self._selector.register(child.stdout, selectors.EVENT_READ, child)
+        until = time.monotonic() + patience
+        open_ones = dict(self._children)
+        while open_ones and (left := until - time.monotonic()) > 0.0:
+            for child in self._wait(left, open_ones):
+                child.heard = b""
+                if child.code is not None or (child.is_remote and child.is_closed):
+                    open_ones.pop(child.number, None)
+        # The warden looks for what has left its session a little later.
+        until = time.monotonic() + _STRAYING_S
+        while (left := until - time.monotonic()) > 0.0:
+            self._wait(left, {})
+        found = dict.fromkeys(open_ones, f"goes on for {patience:g} s after the end of its input")
+        for number, child in self._children.items():
+            if child.code is not None and child.code < 0:
+                found[number] = f"ended by {_signal_name(-child.code)} at the end of its input"
+        return found
+
     def end(self, number: int) -> None:
         """End a program and forget it; it is not waited for."""
         child = self._children.pop(number, None)
         if child is None:
             return
-        for fd in (child.stdin, child.stdout, child.stderr):
+        for fd in child.fds:
             with suppress(KeyError, ValueError):
                 self._selector.unregister(fd)
             os.close(fd)
-        if child.code is None:
+        if child.code is None and not child.is_remote:
             with suppress(OSError):
                 self._control.sendall(json.dumps({"end": number}).encode() + b"\n")
 
@@ -278,7 +353,8 @@ class Children:
         ended = []
         for line in lines:
             message = json.loads(line)
-            child = self._children.get(message["ended"])
+            self.strays += "stray" in message
+            child = self._children.get(message.get("ended"))
             if child is not None:
                 child.code, child.why = message["code"], message["why"]
                 ended.append(child)
@@ -289,12 +365,15 @@ class Children:
             text = os.read(child.stdout, _CHUNK)
         except BlockingIOError:
             return
+        except OSError:  # a connection that was lost
+            text = b""
         child.heard += text
         if not text:
             child.is_closed = True
             self._selector.unregister(child.stdout)
 
     def _read_complaint(self, child: _Child) -> None:
+        assert child.stderr is not None
         try:
             text = os.read(child.stderr, _CHUNK)
         except BlockingIOError:
@@ -316,7 +395,10 @@ class Children:
             return Broken(INVALID_OUTPUT, f"a line of more than {LONGEST_LINE} bytes")
         if line is not None:
             return line
-        if child.code is None:
+        if child.is_remote and child.is_closed:
+            said = "a part of a line, then " if child.heard else ""
+            return Broken(ERROR, f"{said}it closed its connection", is_machine_dependent=True)
+        if child.code is None or child.stderr is None:
             return None
         while child.stderr in self._selector.get_map() and _is_readable(child.stderr):
             self._read_complaint(child)
@@ -361,6 +443,17 @@ def _signal_name(number: int) -> str:
         return f"signal {number}"
 
 
+def _end_input(child: _Child) -> None:
+    """Close what a program reads; the number of the descriptor stays taken until it is ended."""
+    if child.is_remote:
+        with suppress(OSError), socket.socket(fileno=os.dup(child.stdin)) as connection:
+            connection.shutdown(socket.SHUT_WR)
+        return
+    nothing = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nothing, child.stdin, inheritable=False)
+    os.close(nothing)
+
+
 def _is_readable(fd: int) -> bool:
     with selectors.DefaultSelector() as selector:
         selector.register(fd, selectors.EVENT_READ)
@@ -386,7 +479,7 @@ def _end_all(
     """Close everything; the warden kills what is left when its socket closes."""
     selector.close()
     for child in children.values():
-        for fd in (child.stdin, child.stdout, child.stderr):
+        for fd in child.fds:
             os.close(fd)
     children.clear()
     control.close()

@@ -7,7 +7,8 @@ kills them all and ends.
 
 One message is one line of JSON. It is told ``{"start": id, "argv", "environment", "limits"}`` with
 the three descriptors that become standard input, output and error, and ``{"end": id}``; it says
-``{"ended": id, "code": exit code or minus the signal, "why": ""}``.
+``{"ended": id, "code": exit code or minus the signal, "why": ""}``, and ``{"stray": process}`` of
+what has left its session and outlives who started it.
 """
 
 from __future__ import annotations
@@ -172,8 +173,7 @@ class Warden:
             if program is not None:
                 shutil.rmtree(self._folder / str(program.number), ignore_errors=True)
                 code = os.waitstatus_to_exitcode(status)
-                said = {"ended": program.number, "code": code, "why": program.why}
-                self._control.sendall(json.dumps(said).encode() + b"\n")
+                self._say({"ended": program.number, "code": code, "why": program.why})
 
     def _look_after(self) -> None:
         """Kill what has not ended in time, has too many processes, or left its session."""
@@ -191,6 +191,10 @@ class Warden:
         for pid in children(os.getpid()):
             if pid not in self._programs and _session(pid) not in self._programs:
                 _kill_all(pid)
+                self._say({"stray": pid})
+
+    def _say(self, content: dict[str, Any]) -> None:
+        self._control.sendall(json.dumps(content).encode() + b"\n")
 
     def _sweep(self) -> None:
         """Kill every descendant, also those that come into being meanwhile."""

@@ -16,7 +16,7 @@ from adeye.simulate.channels.fmu import FmuChannel
 from adeye.simulate.channels.guard import GuardedChannel
 from adeye.simulate.channels.nominal import NominalChannel
 from adeye.simulate.channels.policy import PolicyChannel
-from adeye.simulate.channels.process.channel import ProcessChannel
+from adeye.simulate.channels.process.channel import ProcessChannel, RemoteChannel
 from adeye.simulate.channels.reference import ReferenceChannel
 from adeye.simulate.channels.safety import (
     PlannedSafetyChannel,
@@ -48,10 +48,11 @@ POLICY: Final = "policy"
 
 HOSTED: Final[Mapping[str, Callable[[Path], ControlChannel]]] = {
     "process": ProcessChannel,
+    "remote": RemoteChannel,
     "fmu": FmuChannel,
     **{kind: partial(ProcessChannel, before=bridge(kind)) for kind in MIDDLEWARE},
 }
-"""Channels with a program of their own in each run, by kind; they contain what that does."""
+"""Channels that are asked outside of this process, by kind; they contain what is done there."""
 
 
 def make_channel(kind: str, base_dir: Path, parameters: Any = None) -> ControlChannel:

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from adeye.signals import Observation
+    from adeye.simulate.channels.pace import Pace
     from adeye.sweep.case import TestCase
     from adeye.trace import ChannelEvent
 
@@ -103,6 +104,7 @@ class ChannelRack:
         *,
         drawn: bool = False,
         witness: Witness | None = None,
+        pace: Pace | None = None,
     ) -> None:
         """Build the channels of a batch.
 
@@ -112,6 +114,7 @@ class ChannelRack:
             base_dir: Folder of the file that names plug-ins.
             drawn: Whether somebody looks at what channels weighed up.
             witness: Who takes down what a channel is shown.
+            pace: Who measures how long channels take; None for nobody.
         """
         architecture = cases[0].architecture
         poses = mounts(cases)
@@ -131,6 +134,8 @@ class ChannelRack:
             self._inner[name] = inner
             if witness is not None and witness.channel == name:
                 inner = WitnessedChannel(inner, spec.kind, witness)
+            if pace is not None:
+                inner = pace.timed(name, inner)
             clocked = ClockedChannel(inner, every, delay)
             context = ChannelContext(
                 channel_id=name,

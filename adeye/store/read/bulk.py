@@ -107,7 +107,7 @@ class Figures:
         points: (R,) swept value by axis; no word where a run does not have the axis.
         metrics: (R,) by id, NaN where a metric has no value.
         duration_s: (R,) simulated time [s].
-        machine_dependent: (R,) whether it hit a wall-clock deadline.
+        machine_dependent: (R,) whether a deadline, limit or clock of a machine had a part in it.
     """
 
     ordinal: Ints

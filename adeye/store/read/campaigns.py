@@ -545,7 +545,7 @@ class Executed:
     Attributes:
         run: Where it stands.
         fault_entry: ``none``, a fault's id, or ids joined by ``+``.
-        machine_dependent: Whether a deadline or limit of the machine ended a channel in it.
+        machine_dependent: Whether a deadline, limit or clock of a machine had a part in it.
         contact: Whether the ego touched something; None if it is not known.
         required_mps2: Largest required deceleration [m/s²]; None if it has none.
     """

@@ -244,7 +244,10 @@ def main() -> None:
     name, from_tick = values.get("animal", ""), values.get("from_tick", 0)
     if name in {"never_says_hello", "says_another_version", "fails_at_once"}:
         globals()[f"_{name}"]()
-    _say(json.dumps({"hello": _HELLO["hello"]}) + "\n")
+    said = {"hello": _HELLO["hello"]}
+    if "version" in _HELLO["parameters"]:
+        said["version"] = "zoo"
+    _say(json.dumps(said) + "\n")
     for line in sys.stdin:
         seen = json.loads(line)
         if not name or seen["tick"] < from_tick:

@@ -11,7 +11,7 @@ import os
 import re
 import shutil
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, Protocol
+from typing import TYPE_CHECKING, Any, Final, Protocol
 
 import numpy as np
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     from adeye.ports import ChannelContext
     from adeye.signals import Bools
-    from adeye.spec.channels import ProcessParameters
+    from adeye.spec.channels import ProcessParameters, RemoteParameters
     from adeye.trace import ChannelEvent
 
 # --- From the command of an architecture to what is executed: a program and files of the project --
@@ -104,6 +104,13 @@ _FOLDERS: Final = re.compile(r"(?<![\w.])(?:/[^\s/:'\"()]+)+/")
 class Programs(Protocol):
     """The programs of a batch, one for each run."""
 
+    @property
+    def strays(self) -> int:
+        """Processes that they have left behind."""
+
+    def finish(self, patience: float) -> dict[int, str]:
+        """End what each is told, and say of which run's it is wrong how it ends."""
+
     def end(self, number: int) -> None:
         """End the one of a run; it is not waited for."""
 
@@ -135,6 +142,20 @@ class HostedChannel:
     def events(self) -> list[ChannelEvent | None]:
         """First failure of the channel in each run, or None."""
         return self._failures.events
+
+    def finish(self, patience: float) -> tuple[dict[int, str], int]:
+        """End what every program is told, and wait for its end by itself.
+
+        Args:
+            patience: How long they may take [s].
+
+        Returns:
+            What is wrong with the end of those that there is something wrong with, by run; and how
+            many processes they have left behind.
+        """
+        if self._programs is None:
+            return {}, 0
+        return self._programs.finish(patience), self._programs.strays
 
     def close(self) -> None:
         """End every program and wait until they have."""
@@ -192,20 +213,26 @@ class ProcessChannel(HostedChannel):
             PlatformError: The system lets no program be started.
         """
         self._begin(context)
-        self._parameters: list[ProcessParameters] = list(context.parameters)
+        self._parameters: list[Any] = list(context.parameters)
         self._ticks = [0] * context.runs
-        commands = dict.fromkeys(item.command for item in self._parameters)
-        argvs = {item: find_program(item, self._base_dir) for item in commands}
-        self._programs = self._children = Children()
-        for run, item in enumerate(self._parameters):
-            argv, most = (*self._before, *argvs[item.command]), item.run_deadline
-            self._children.start(run, argv, ceilings_of(item), most)
+        self._start()
         starts = {run: item.start_deadline for run, item in enumerate(self._parameters)}
         lines = {run: protocol.encode(protocol.hello(context, run)) for run in starts}
         for run, line in self._children.ask(lines, starts).items():
-            wrong = line if isinstance(line, Broken) else protocol.wrong_hello(line)
+            version = getattr(self._parameters[run], "version", "")
+            wrong = line if isinstance(line, Broken) else protocol.wrong_hello(line, version)
             if wrong:
                 self._fail(run, 0.0, wrong)
+
+    def _start(self) -> None:
+        """Start the program of every run."""
+        parameters: list[ProcessParameters] = self._parameters
+        commands = dict.fromkeys(item.command for item in parameters)
+        argvs = {item: find_program(item, self._base_dir) for item in commands}
+        self._programs = self._children = Children()
+        for run, item in enumerate(parameters):
+            argv, most = (*self._before, *argvs[item.command]), item.run_deadline
+            self._children.start(run, argv, ceilings_of(item), most)
 
     def act(self, observation: Observation) -> ControlCommand:
         """Ask the program of every run that has not ended."""
@@ -231,3 +258,13 @@ class ProcessChannel(HostedChannel):
                 command.stamp[run] = observation.time
         self._previous = self._failures.hold(command, self._previous)
         return self._previous
+
+
+class RemoteChannel(ProcessChannel):
+    """Asks what listens at an address, over a connection of its own for each run."""
+
+    def _start(self) -> None:
+        parameters: list[RemoteParameters] = self._parameters
+        self._programs = self._children = Children()
+        for run, item in enumerate(parameters):
+            self._children.connect(run, item.place, item.start_deadline, item.run_deadline)

@@ -110,15 +110,21 @@ def observation_shown(observation: Observation, run: int, tick: int) -> dict[str
     }
 
 
-def wrong_hello(line: bytes, greeting: str = PROTOCOL) -> str:
-    """Say what is wrong with a program's answer to the first line; empty if nothing is."""
+def wrong_hello(line: bytes, version: str = "") -> str:
+    """Say what is wrong with a program's answer to the first line; empty if nothing is.
+
+    Args:
+        line: Without its line feed.
+        version: What it must say that it is; empty where its content is known.
+    """
     content, wrong = _read(line)
     if wrong:
         return wrong
-    said = content.get("hello")
-    if said != greeting:
-        return f"its first line says hello {_short(said)}, not {greeting!r}"
-    return _unknown(content, ("hello",))
+    wanted = {"hello": PROTOCOL, **({"version": version} if version else {})}
+    for key, word in wanted.items():
+        if content.get(key) != word:
+            return f"its first line says {key} {_short(content.get(key))}, not {word!r}"
+    return _unknown(content, tuple(wanted))
 
 
 def read_command(line: bytes, tick: int) -> tuple[ScalarCommand | None, str]:

@@ -1,4 +1,4 @@
-"""``fmu …``: models of others by themselves, shown and stepped."""
+"""``fmu …`` and ``channel …``: models and channels of others by themselves."""
 
 from __future__ import annotations
 
@@ -9,10 +9,15 @@ import typer
 
 from adeye.cli import output as out
 from adeye.cli.options import Json, add, named, option, write_rows
+from adeye.cli.progress import waiting
 from adeye.errors import UsageError
+from adeye.judge.verdict import ExitCode
 
 if TYPE_CHECKING:
+    from adeye.selftest.conformance import Conformance
     from adeye.simulate.bridges.fmi import Variable
+
+# --- ``fmu …``: models of others by themselves, shown and stepped ---------------------------------
 
 fmu_app = typer.Typer(help="Look at FMUs and step them by themselves.", no_args_is_help=True)
 
@@ -131,3 +136,66 @@ def _assignment(text: str) -> tuple[str, Any]:
 
 add(fmu_app, show_fmu, name="show")
 add(fmu_app, simulate_fmu, name="simulate")
+
+
+# --- ``channel check``: does a channel of others keep to what is asked of one ---------------------
+
+channel_app = typer.Typer(help="Check channels from outside by themselves.", no_args_is_help=True)
+
+_MARKS = {True: "\N{CHECK MARK}", False: "\N{MULTIPLICATION X}", None: "\N{EN DASH}"}
+
+
+def check_channel(
+    what: Annotated[list[str], typer.Argument(metavar="ARCHITECTURE|COMMAND...")],
+    *,
+    channel: Annotated[str | None, option("ID", env="CHECK_CHANNEL")] = None,
+    json: Json = False,
+) -> None:
+    """Check a channel from outside, in any language: a dozen cases, each with what is wrong.
+
+    An architecture serves every kind: programs, what is at an address, FMUs, nodes of ROS, DDS and
+    zenoh, policies and plug-ins. A command is checked in the place of the nominal channel of the
+    shipped candidate; files in it begin with ./ as in an architecture.
+
+    Exit codes: 0 it conforms, 1 a case did not pass, 2 input error, 5 no connection.
+
+    Parameters:
+        what: File of an architecture; or a program with its arguments, behind -- where these begin
+            with a dash.
+        channel: Which channel of the architecture; default: the only one from outside.
+
+    Examples:
+        adeye channel check odd/architectures/camera_radar.yaml --channel nominal
+        adeye channel check perl ./cruise.pl
+    """
+    from adeye.selftest.conformance import check, subject_of, subject_of_command
+
+    is_file = len(what) == 1 and what[0].endswith((".yaml", ".yml"))
+    if not is_file and (channel is not None or what[0].endswith(".fmu")):
+        raise UsageError(
+            f"{what[0]} is no architecture",
+            remedy="Name the architecture's file: it says what the channel is told, and how.",
+        )
+    subject = subject_of(Path(what[0]), channel) if is_file else subject_of_command(what)
+    with waiting("a dozen cases"):
+        found = check(subject)
+    out.emit_found("channel-check", found, _print_conformance, json=json, document=_document)
+    if not found.conforms:
+        raise typer.Exit(ExitCode.FAILED)
+
+
+def _document(found: Conformance) -> dict[str, Any]:
+    return {**out.plain(found), "conforms": found.conforms}
+
+
+def _print_conformance(found: Conformance) -> None:
+    out.emit_line(f"{found.channel}, kind {found.kind}")
+    for case in found.cases:
+        out.emit_line(f" {_MARKS[case.passed]} {case.id:<13} {case.text}")
+        if case.reason:
+            out.emit_line(f"   {'':13} {case.reason}")
+    count = [sum(case.passed is word for case in found.cases) for word in (True, False, None)]
+    out.emit_line("{} passed, {} failed, {} not tried.".format(*count))
+
+
+add(channel_app, check_channel, name="check")
