@@ -21,7 +21,7 @@ from adeye.spec.clock import period_ticks, ticks
 from adeye.spec.sensors import PhysicalLidar, model_name
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Collection, Mapping, Sequence
     from pathlib import Path
 
     from adeye.signals import Observation
@@ -103,6 +103,7 @@ class ChannelRack:
         *,
         drawn: bool = False,
         witness: Witness | None = None,
+        only: Collection[str] | None = None,
     ) -> None:
         """Build the channels of a batch.
 
@@ -112,6 +113,7 @@ class ChannelRack:
             base_dir: Folder of the file that names plug-ins.
             drawn: Whether somebody looks at what channels weighed up.
             witness: Who takes down what a channel is shown.
+            only: Which channels to build; None for all.
         """
         architecture = cases[0].architecture
         poses = mounts(cases)
@@ -125,6 +127,8 @@ class ChannelRack:
         self._inner: dict[str, ControlChannel] = {}
         self._is_plugin: dict[str, bool] = {}
         for name, spec in architecture.channels.items():
+            if only is not None and name not in only:
+                continue
             every = period_ticks(spec.rate, scene.step, f"channels.{name}.rate")
             delay = ticks(spec.delay, scene.step, f"channels.{name}.delay")
             inner = make_channel(spec.kind, base_dir, spec.parameters)
@@ -195,7 +199,8 @@ class ChannelRack:
         """
         found = dict(readings)
         for name, clustering in self._clusterings.items():
-            found[name] = clustering.detect(readings[name])
+            if name in readings:
+                found[name] = clustering.detect(readings[name])
         return found
 
     def act(

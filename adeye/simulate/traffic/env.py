@@ -23,10 +23,9 @@ from adeye.signals import Bools, Floats, Ints, Scene
 from adeye.simulate.traffic import make_traffic
 from adeye.spec.architecture import Architecture
 from adeye.spec.load import load_architecture, load_scenario
-from adeye.spec.odd import Attributes
 from adeye.spec.scenario import LogicalScenario
 from adeye.sweep.axes import default_values, quantity_or_text
-from adeye.sweep.case import TestCase
+from adeye.sweep.case import lone_case
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -34,6 +33,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from adeye.simulate.traffic import Traffic
+    from adeye.sweep.case import TestCase
 
 ENV_ID: Final = "adeye/Traffic-v0"
 
@@ -310,19 +310,13 @@ class TrafficVectorEnv(VectorEnv[Observation, Floats, Any]):
         for attempt in range(MAX_DRAWS):
             values = draw_parameters(self._scenario, self._seed, sample, attempt)
             if all(bool(item.evaluate(values)) for item in self._scenario.constraints):
-                return TestCase(
-                    scenario_id=self._scenario.scenario,
-                    scenario=self._scenario,
-                    parameters=values,
-                    architecture=self._architecture,
-                    faults=(),
-                    fault_entry="none",
-                    replicate=sample,
-                    seed=self._seed,
+                return lone_case(
+                    self._scenario,
+                    self._architecture,
+                    values,
                     step=self._step,
-                    point=values,
-                    inside_odd=True,
-                    attributes=Attributes(),
+                    seed=self._seed,
+                    replicate=sample,
                 )
         raise SpecError(
             f"none of {MAX_DRAWS} draws satisfies the constraints of {self._scenario.scenario!r}",

@@ -1,0 +1,228 @@
+"""Parts of an architecture as FMUs of FMI 3.0 for co-simulation, written by pythonfmu3.
+
+Such an FMU holds what its part is made from, and a few lines of Python that ask adeye: whoever
+imports it needs a Python with adeye of the same version. It takes steps of its own length: what it
+is told before a step from a tick counts at that tick, and its outputs after the step are what came
+of it, see ``parts``.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+import tempfile
+import uuid
+import zipfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, Literal
+
+from adeye.errors import InputError, UsageError
+from adeye.outputs import replacing
+from adeye.simulate import parts
+from adeye.spec.architecture import Architecture
+from adeye.spec.quantity import SI
+from adeye.spec.scenario import LogicalScenario
+from adeye.sweep.case import content_digest, lone_case
+from adeye.units import UNITS
+from adeye.version import __version__
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from adeye.sweep.case import TestCase
+
+Kind = Literal["plant", "sensor", "channel", "arbiter"]
+
+OF_SCENARIO: Final = ("sensor", "channel")
+"""Kinds of which an architecture has several by name, and that know a scenario."""
+
+_CONTENT: Final = "adeye_part.json"
+"""What an FMU is made from; ``outputs`` knows our FMUs by this name at their beginning."""
+
+_SLACK: Final = 1e-6
+"""Share of a step by which times may be off: who imports adds them up."""
+
+_MODULE: Final = '''\
+"""A part of adeye {version}."""
+
+from pythonfmu3 import Fmi3Slave
+
+from adeye.simulate.fmu_export import Served
+
+
+class {name}(Fmi3Slave):
+    def __init__(self, **given):
+        super().__init__(**given)
+        self._served = Served(self)
+
+    def do_step(self, current_time, step_size):
+        return self._served.step(current_time, step_size)
+'''
+"""What is asked by the importer; its class is found by a search for its base."""
+_DATE: Final = re.compile(rb' generationDateAndTime="[^"]*"')
+_EPOCH: Final = (1980, 1, 1, 0, 0, 0)
+
+
+def write_fmu(kind: Kind, name: str, case: TestCase, path: Path) -> None:
+    """Write a part of an architecture as an FMU, the same bytes each time.
+
+    Args:
+        kind: Of the part.
+        name: Of the sensor or channel; of others, nothing.
+        case: Its architecture has the part. Of the others no more than the step counts.
+        path: Of the file.
+
+    Raises:
+        InputError: pythonfmu3 is not installed, or there is no such part that can be exported.
+    """
+    try:
+        from pythonfmu3 import FmuBuilder
+    except ImportError as error:
+        raise InputError(
+            "the export of FMUs needs adeye[fmi]", remedy="Install it: pip install 'adeye[fmi]'."
+        ) from error
+    content = {
+        "adeye": __version__,
+        "kind": kind,
+        "name": name,
+        "step": case.step,
+        "architecture": case.architecture.model_dump(mode="json"),
+        "architecture_digest": content_digest(case.architecture),
+    }
+    if kind in OF_SCENARIO:
+        content |= {
+            "scenario": case.scenario.model_dump(mode="json"),
+            "scenario_digest": content_digest(case.scenario),
+            "parameters": dict(case.parameters),
+            "seed": case.seed,
+        }
+    # What cannot be exported is refused in words, before somebody else's code meets it.
+    part_of(content)
+    text = json.dumps(content, sort_keys=True, separators=(",", ":"))
+    # Several may be loaded by one Python, which knows modules by their names only.
+    module = f"{name or kind}_{hashlib.sha256(text.encode()).hexdigest()[:12]}"
+    with tempfile.TemporaryDirectory(prefix="adeye_") as folder:
+        script, source = Path(folder, f"{module}.py"), Path(folder, _CONTENT)
+        script.write_text(_MODULE.format(version=__version__, name=module), "utf-8")
+        source.write_text(text, "utf-8")
+        made = FmuBuilder.build_FMU(script, folder, [source])
+        with replacing(path) as place:
+            _settle(made, place)
+
+
+def _settle(made: Path, path: Path) -> None:
+    """Write an archive again: without dates, in a fixed order, and ours at once to be known."""
+    first = f"resources/{_CONTENT}"
+    with zipfile.ZipFile(made) as found, zipfile.ZipFile(path, "w") as archive:
+        for name in sorted(found.namelist(), key=lambda item: (item != first, item)):
+            if name.startswith("sources/"):
+                continue
+            content = _DATE.sub(b"", found.read(name), count=1)
+            item = zipfile.ZipInfo(name, _EPOCH)
+            archive.writestr(item, content, zipfile.ZIP_DEFLATED)
+
+
+def part_of(content: Mapping[str, Any]) -> parts.Part:
+    """Make the part that an FMU holds.
+
+    Args:
+        content: As ``write_fmu`` has written it.
+
+    Raises:
+        UsageError: It is of another version of adeye, there is no such part, or it cannot be
+            exported.
+    """
+    if content["adeye"] != __version__:
+        raise UsageError(
+            f"this FMU is of adeye {content['adeye']}, not of {__version__}",
+            remedy="Export it anew, or install that version.",
+        )
+    architecture = Architecture.model_validate(content["architecture"], context=SI)
+    assert content_digest(architecture) == content["architecture_digest"]
+    kind, name, step = content["kind"], content["name"], content["step"]
+    if kind == "plant":
+        return parts.vehicle_part(architecture, step)
+    if kind == "arbiter":
+        return parts.switch_part(architecture, step)
+    scenario = LogicalScenario.model_validate(content["scenario"], context=SI)
+    assert content_digest(scenario) == content["scenario_digest"]
+    case = lone_case(
+        scenario, architecture, content["parameters"], step=step, seed=content["seed"]
+    )
+    make = parts.sensor_part if kind == "sensor" else parts.channel_part
+    return make(case, name)
+
+
+class Served:
+    """The part in an instance of an FMU, which asks it."""
+
+    def __init__(self, fmu: Any) -> None:
+        """Make the part, and tell the instance of its variables.
+
+        Args:
+            fmu: The instance, a ``pythonfmu3.Fmi3Slave``.
+
+        Raises:
+            UsageError: It is of another version of adeye.
+        """
+        import pythonfmu3 as fmi
+        from pythonfmu3.unit import Unit
+
+        text = Path(fmu.resources, _CONTENT).read_text("utf-8")
+        self._part = part = part_of(json.loads(text))
+        self._tick = 0
+        # No clock is read, and no dice are thrown.
+        fmu.guid = uuid.uuid5(uuid.NAMESPACE_URL, f"adeye:{text}")
+        fmu.version = __version__
+        fmu.default_experiment = fmi.DefaultExperiment(0.0, None, part.step)
+        time = fmi.Float64(
+            "time", causality=fmi.Fmi3Causality.independent, getter=lambda: self._tick * part.step
+        )
+        fmu.register_variable(time, nested=False)
+        listed = {"parameter": part.parameters, "input": part.inputs, "output": part.outputs}
+        units = {value.unit for values in listed.values() for value in values} - {""}
+        exponents = {name: zip(("m", "s", "rad"), UNITS[name].exponents, strict=True) for name in units}
+        fmu.register_units([Unit(name, **dict(exponents[name])) for name in sorted(units)])
+        for causality, values in listed.items():
+            for value in values:
+                fmu.register_variable(_variable(fmi, value, causality), nested=False)
+
+    def step(self, time: float, size: float) -> bool:
+        """Do what the part does from one tick to another.
+
+        Args:
+            time: Of the first one [s].
+            size: Up to the second one [s].
+
+        Raises:
+            UsageError: It is at another time, or no whole number of its steps is asked for.
+        """
+        step = self._part.step
+        count = round(size / step)
+        is_whole = count >= 1 and abs(size - count * step) <= _SLACK * step
+        if not is_whole or abs(time - self._tick * step) > _SLACK * step * max(1, self._tick):
+            raise UsageError(
+                f"a step of {size:g} s from {time:g} s does not fit",
+                remedy=f"This FMU begins at 0 s and takes steps of {step:g} s.",
+            )
+        for _ in range(count):
+            self._part.act(self._tick)
+            self._tick += 1
+        return True
+
+
+def _variable(fmi: Any, value: parts.Value, causality: str) -> Any:
+    """Make the variable of a number: it is held from step to step."""
+    is_parameter = causality == "parameter"
+    more: dict[str, Any] = {
+        "causality": fmi.Fmi3Causality[causality],
+        "variability": fmi.Fmi3Variability["fixed" if is_parameter else "discrete"],
+        "description": value.text or None,
+        "getter": value.get,
+        "setter": None if causality == "output" else value.set,
+    }
+    kind = value.array.dtype.kind
+    if kind == "f":
+        return fmi.Float64(value.name, unit=value.unit or None, **more)
+    return (fmi.Boolean if kind == "b" else fmi.Int64)(value.name, **more)
