@@ -147,9 +147,7 @@ def part_of(content: Mapping[str, Any]) -> parts.Part:
         return parts.switch_part(architecture, step)
     scenario = LogicalScenario.model_validate(content["scenario"], context=SI)
     assert content_digest(scenario) == content["scenario_digest"]
-    case = lone_case(
-        scenario, architecture, content["parameters"], step=step, seed=content["seed"]
-    )
+    case = lone_case(scenario, architecture, content["parameters"], step=step, seed=content["seed"])
     make = parts.sensor_part if kind == "sensor" else parts.channel_part
     return make(case, name)
 
@@ -182,7 +180,9 @@ class Served:
         fmu.register_variable(time, nested=False)
         listed = {"parameter": part.parameters, "input": part.inputs, "output": part.outputs}
         units = {value.unit for values in listed.values() for value in values} - {""}
-        exponents = {name: zip(("m", "s", "rad"), UNITS[name].exponents, strict=True) for name in units}
+        exponents = {
+            name: zip(("m", "s", "rad"), UNITS[name].exponents, strict=True) for name in units
+        }
         fmu.register_units([Unit(name, **dict(exponents[name])) for name in sorted(units)])
         for causality, values in listed.items():
             for value in values:
