@@ -14,10 +14,13 @@ import re
 import tempfile
 import uuid
 import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import Any, Final, Literal
 
-from adeye.errors import InputError, UsageError
+from adeye.errors import InputError, IntegrityError, UsageError
+from adeye.fields import fields_of
 from adeye.outputs import replacing
 from adeye.simulate import parts
 from adeye.spec.architecture import Architecture
@@ -26,11 +29,6 @@ from adeye.spec.scenario import LogicalScenario
 from adeye.sweep.case import content_digest, lone_case
 from adeye.units import UNITS
 from adeye.version import __version__
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from adeye.sweep.case import TestCase
 
 Kind = Literal["plant", "sensor", "channel", "arbiter"]
 
@@ -56,6 +54,9 @@ class {name}(Fmi3Slave):
         super().__init__(**given)
         self._served = Served(self)
 
+    def exit_initialization_mode(self):
+        self._served.begin()
+
     def do_step(self, current_time, step_size):
         return self._served.step(current_time, step_size)
 '''
@@ -64,13 +65,85 @@ _DATE: Final = re.compile(rb' generationDateAndTime="[^"]*"')
 _EPOCH: Final = (1980, 1, 1, 0, 0, 0)
 
 
-def write_fmu(kind: Kind, name: str, case: TestCase, path: Path) -> None:
+@dataclass(frozen=True)
+class Export:
+    """What an FMU is made from.
+
+    Attributes:
+        kind: Of the part.
+        architecture: It is a part of this one.
+        step: From a tick to the next [s].
+        name: Of the sensor or channel; of others, nothing.
+        scenario: What a sensor or channel knows of the world.
+        parameters: Values of the scenario's parameters in SI.
+        seed: Of what sensors draw.
+    """
+
+    kind: Kind
+    architecture: Architecture
+    step: float
+    name: str = ""
+    scenario: LogicalScenario | None = None
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    seed: int = 0
+
+    def part(self) -> parts.Part:
+        """Make the part.
+
+        Raises:
+            UsageError: There is none of that name, or it cannot be exported.
+        """
+        if self.kind == "plant":
+            return parts.vehicle_part(self.architecture, self.step)
+        if self.kind == "arbiter":
+            return parts.switch_part(self.architecture, self.step)
+        assert self.scenario is not None
+        case = lone_case(
+            self.scenario, self.architecture, self.parameters, step=self.step, seed=self.seed
+        )
+        make = parts.sensor_part if self.kind == "sensor" else parts.channel_part
+        return make(case, self.name)
+
+    def text(self) -> str:
+        """Write it down, with what tells whether it is read as it was written."""
+        records = {"architecture": self.architecture, "scenario": self.scenario}
+        known = {name: record for name, record in records.items() if record is not None}
+        content = {
+            "adeye": __version__,
+            **fields_of(self, "kind", "step", "name", "seed"),
+            "parameters": dict(self.parameters),
+            **{name: record.model_dump(mode="json") for name, record in known.items()},
+            "digests": {name: content_digest(record) for name, record in known.items()},
+        }
+        return json.dumps(content, sort_keys=True, separators=(",", ":"))
+
+    @classmethod
+    def read(cls, text: str) -> Export:
+        """Read what ``text`` has written.
+
+        Raises:
+            UsageError: Another version of adeye has written it.
+            IntegrityError: It has been changed.
+        """
+        content = json.loads(text)
+        if (version := content.pop("adeye")) != __version__:
+            raise UsageError(
+                f"this FMU is of adeye {version}, not of {__version__}",
+                remedy="Export it anew, or install that version.",
+            )
+        models = {"architecture": Architecture, "scenario": LogicalScenario}
+        for name, digest in content.pop("digests").items():
+            content[name] = models[name].model_validate(content[name], context=SI)
+            if content_digest(content[name]) != digest:
+                raise IntegrityError(f"the {name} in this FMU is not as it was exported")
+        return cls(**content)
+
+
+def write_fmu(export: Export, path: Path) -> None:
     """Write a part of an architecture as an FMU, the same bytes each time.
 
     Args:
-        kind: Of the part.
-        name: Of the sensor or channel; of others, nothing.
-        case: Its architecture has the part. Of the others no more than the step counts.
+        export: What it is made from.
         path: Of the file.
 
     Raises:
@@ -82,26 +155,11 @@ def write_fmu(kind: Kind, name: str, case: TestCase, path: Path) -> None:
         raise InputError(
             "the export of FMUs needs adeye[fmi]", remedy="Install it: pip install 'adeye[fmi]'."
         ) from error
-    content = {
-        "adeye": __version__,
-        "kind": kind,
-        "name": name,
-        "step": case.step,
-        "architecture": case.architecture.model_dump(mode="json"),
-        "architecture_digest": content_digest(case.architecture),
-    }
-    if kind in OF_SCENARIO:
-        content |= {
-            "scenario": case.scenario.model_dump(mode="json"),
-            "scenario_digest": content_digest(case.scenario),
-            "parameters": dict(case.parameters),
-            "seed": case.seed,
-        }
     # What cannot be exported is refused in words, before somebody else's code meets it.
-    part_of(content)
-    text = json.dumps(content, sort_keys=True, separators=(",", ":"))
+    export.part()
+    text = export.text()
     # Several may be loaded by one Python, which knows modules by their names only.
-    module = f"{name or kind}_{hashlib.sha256(text.encode()).hexdigest()[:12]}"
+    module = f"{export.name or export.kind}_{hashlib.sha256(text.encode()).hexdigest()[:12]}"
     with tempfile.TemporaryDirectory(prefix="adeye_") as folder:
         script, source = Path(folder, f"{module}.py"), Path(folder, _CONTENT)
         script.write_text(_MODULE.format(version=__version__, name=module), "utf-8")
@@ -123,35 +181,6 @@ def _settle(made: Path, path: Path) -> None:
             archive.writestr(item, content, zipfile.ZIP_DEFLATED)
 
 
-def part_of(content: Mapping[str, Any]) -> parts.Part:
-    """Make the part that an FMU holds.
-
-    Args:
-        content: As ``write_fmu`` has written it.
-
-    Raises:
-        UsageError: It is of another version of adeye, there is no such part, or it cannot be
-            exported.
-    """
-    if content["adeye"] != __version__:
-        raise UsageError(
-            f"this FMU is of adeye {content['adeye']}, not of {__version__}",
-            remedy="Export it anew, or install that version.",
-        )
-    architecture = Architecture.model_validate(content["architecture"], context=SI)
-    assert content_digest(architecture) == content["architecture_digest"]
-    kind, name, step = content["kind"], content["name"], content["step"]
-    if kind == "plant":
-        return parts.vehicle_part(architecture, step)
-    if kind == "arbiter":
-        return parts.switch_part(architecture, step)
-    scenario = LogicalScenario.model_validate(content["scenario"], context=SI)
-    assert content_digest(scenario) == content["scenario_digest"]
-    case = lone_case(scenario, architecture, content["parameters"], step=step, seed=content["seed"])
-    make = parts.sensor_part if kind == "sensor" else parts.channel_part
-    return make(case, name)
-
-
 class Served:
     """The part in an instance of an FMU, which asks it."""
 
@@ -168,8 +197,9 @@ class Served:
         from pythonfmu3.unit import Unit
 
         text = Path(fmu.resources, _CONTENT).read_text("utf-8")
-        self._part = part = part_of(json.loads(text))
+        self._part = part = Export.read(text).part()
         self._tick = 0
+        self._fmu = fmu
         # No clock is read, and no dice are thrown.
         fmu.guid = uuid.uuid5(uuid.NAMESPACE_URL, f"adeye:{text}")
         fmu.version = __version__
@@ -188,28 +218,36 @@ class Served:
             for value in values:
                 fmu.register_variable(_variable(fmi, value, causality), nested=False)
 
-    def step(self, time: float, size: float) -> bool:
+    def begin(self) -> None:
+        """Take the parameters."""
+        self._part.begin()
+
+    def step(self, time: float, size: float) -> Any:
         """Do what the part does from one tick to another.
 
         Args:
             time: Of the first one [s].
             size: Up to the second one [s].
 
-        Raises:
-            UsageError: It is at another time, or no whole number of its steps is asked for.
+        Returns:
+            Status, an error with a message in the log if the part has no such step.
         """
+        from pythonfmu3 import Fmi3Status, Fmi3StepResult
+
         step = self._part.step
         count = round(size / step)
         is_whole = count >= 1 and abs(size - count * step) <= _SLACK * step
         if not is_whole or abs(time - self._tick * step) > _SLACK * step * max(1, self._tick):
-            raise UsageError(
-                f"a step of {size:g} s from {time:g} s does not fit",
-                remedy=f"This FMU begins at 0 s and takes steps of {step:g} s.",
+            self._fmu.log(
+                f"a step of {size:g} s from {time:g} s does not fit:"
+                f" this FMU begins at 0 s and takes steps of {step:g} s",
+                Fmi3Status.error,
             )
+            return Fmi3StepResult(Fmi3Status.error)
         for _ in range(count):
             self._part.act(self._tick)
             self._tick += 1
-        return True
+        return Fmi3StepResult()
 
 
 def _variable(fmi: Any, value: parts.Value, causality: str) -> Any:

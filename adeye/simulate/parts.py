@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from adeye.signals import Floats, Scene
+    from adeye.signals import Scene
     from adeye.spec.architecture import Architecture
     from adeye.sweep.case import TestCase
 
@@ -168,6 +168,7 @@ class Part:
         outputs: What it answers.
         act: Does what it does at a tick, told its number.
         parameters: What it is told once, before the first tick.
+        begin: Takes the parameters; what comes out before the first step is what they say.
     """
 
     step: float
@@ -175,6 +176,7 @@ class Part:
     outputs: list[Value]
     act: Callable[[int], None]
     parameters: tuple[Value, ...] = ()
+    begin: Callable[[], None] = lambda: None
 
 
 def vehicle_part(architecture: Architecture, step: float) -> Part:
@@ -197,9 +199,10 @@ def vehicle_part(architecture: Architecture, step: float) -> Part:
     command, start = np.zeros((1, 2)), np.zeros((1, len(columns.EGO_COLUMNS)))
     states, running = start.copy(), np.ones(1, dtype=np.bool_)
 
-    def act(tick: int) -> None:
-        if tick == 0:
-            states[:] = start
+    def begin() -> None:
+        states[:] = start
+
+    def act(_tick: int) -> None:
         move_egos(running, command, limits, step, states)
 
     begins = columns.EGO_COLUMNS[: columns.EGO_SPEED + 1]
@@ -212,6 +215,7 @@ def vehicle_part(architecture: Architecture, step: float) -> Part:
         list(_row("", states, (0,), columns.EGO_COLUMNS)),
         act,
         tuple(_row("start.", start, (0,), begins)),
+        begin,
     )
 
 

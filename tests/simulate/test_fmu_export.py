@@ -1,27 +1,26 @@
 """Parts as FMUs: driven by an importer of others they do what they do inside."""
 
-import subprocess
 import sys
+import zipfile
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
 import pytest
 
-from adeye.errors import UsageError
+from adeye.errors import AdeyeError, InputError, UsageError
 from adeye.signals import Authority, ControlCommand, Observation, Scene
-from adeye.simulate import engine, fmu_export, parts
+from adeye.simulate import engine, parts
 from adeye.simulate.channels import rack
-from adeye.simulate.fmu_export import write_fmu
-from adeye.simulate.mirror import as_driven
-from adeye.spec.fault import FAULT
+from adeye.simulate.fmu_export import OF_SCENARIO, Export, write_fmu
 from adeye.spec.architecture import Architecture
+from adeye.spec.fault import FAULT
 from adeye.spec.load import load_architecture, load_scenario, merge
 from adeye.sweep.axes import default_values
 from adeye.sweep.case import TestCase, lone_case
 from adeye.trace import Trace
+from adeye.version import __version__
 from tests.refusals import refused
 
 fmpy = pytest.importorskip("fmpy", reason="needs adeye[fmi]")
@@ -60,6 +59,14 @@ def architecture_content(name: str) -> Any:
 
 def values_of(found: Sequence[parts.Value]) -> Named:
     return {value.name: value.get() for value in found}
+
+
+def export_of(kind: Any, name: str, case: TestCase) -> Export:
+    found = Export(kind, case.architecture, case.step)
+    if kind not in OF_SCENARIO:
+        return found
+    more: Any = {"scenario": case.scenario, "parameters": case.parameters, "seed": case.seed}
+    return replace(found, name=name, **more)
 
 
 class Taken(NamedTuple):
@@ -183,7 +190,7 @@ def imported(tmp_path: Path) -> Iterator[Any]:
         from fmpy.validation import validate_fmu
 
         path = tmp_path / f"{len(made)}.fmu"
-        write_fmu(kind, name, case, path)
+        write_fmu(export_of(kind, name, case), path)
         assert validate_fmu(str(path)) == []
         made.append(Imported(path, tmp_path / f"{len(made)}", **start))
         return made[-1]
@@ -268,9 +275,7 @@ def test_arbiter_decides_as_inside_and_the_fault_makes_it_decide_otherwise(
 
 
 @pytest.mark.slow
-def test_plant_moves_as_inside_and_in_the_place_of_it(
-    imported: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_plant_moves_as_inside_and_in_the_place_of_it(imported: Any, tmp_path: Path) -> None:
     case = case_of()
     trace = engine.run([case])
     ego, command = trace["ego"][0], trace["command"][0]
@@ -278,6 +283,7 @@ def test_plant_moves_as_inside_and_in_the_place_of_it(
     begin = {f"start.{name}": float(ego[0, place]) for place, name in enumerate(names[:4])}
     friction = float(trace.layout.context.surroundings.friction[0])
     fmu = imported("plant", "", case, **begin)
+    require_same(fmu.outputs(), dict(zip(names[:4], ego[0].tolist(), strict=False)), 0)
     for tick in range(int(trace.length[0]) - 1):
         told = {
             "acceleration_command": float(command[tick, 0]),
@@ -342,3 +348,105 @@ def test_sensor_delivers_as_inside(
             named = {key: v for key, v in named.items() if not key.startswith("detections")}
         require_same(answer, named, tick)
     assert tick > 100
+
+
+# --- What needs no run ----------------------------------------------------------------------------
+
+
+def plant(path: Path, **more: Any) -> Path:
+    write_fmu(replace(export_of("plant", "", case_of()), **more), path)
+    return path
+
+
+def test_names_and_units_are_told(imported: Any) -> None:
+    case = case_of()
+    fmu = imported("arbiter", "", case)
+    assert [(item.name, item.unit) for item in fmu.description.modelVariables[1:5]] == [
+        ("nominal.acceleration", "m/s2"),
+        ("nominal.steering_angle", "rad"),
+        ("nominal.stamp", "s"),
+        ("nominal.status", None),
+    ]
+    assert fmu.description.defaultExperiment.stepSize == str(STEP)
+    moved = imported("plant", "", case)
+    assert [item.name for item in moved.description.modelVariables][4:6] == [
+        "start.speed",
+        "acceleration_command",
+    ]
+
+
+def test_same_export_has_the_same_bytes(tmp_path: Path) -> None:
+    assert plant(tmp_path / "1.fmu").read_bytes() == plant(tmp_path / "2.fmu").read_bytes()
+
+
+def test_two_in_one_process_and_a_reset_keep_apart(imported: Any) -> None:
+    case = case_of()
+    one, other = imported("plant", "", case), imported("plant", "", replace(case, step=0.01))
+    told = {"acceleration_command": 1.0}
+    first = [one.step(told)["speed"] for _ in range(3)]
+    assert other.step(told, 0.05)["speed"] != first[0]
+    one.reset()
+    assert [one.step(told)["speed"] for _ in range(3)] == first
+
+
+@pytest.mark.parametrize(("time", "size"), [(0.0, 0.03), (0.1, 0.05), (0.0, 0.0)])
+def test_step_that_does_not_fit_is_an_error(imported: Any, time: float, size: float) -> None:
+    fmu = imported("plant", "", case_of())
+    fmu._time = time
+    with pytest.raises(fmpy.fmi1.FMICallException, match=r"status 3 \(error\)"):
+        fmu.step({}, size)
+
+
+def changed(path: Path, old: bytes, new: bytes) -> Path:
+    """Return a copy of an FMU with other content."""
+    made = path.with_name("changed.fmu")
+    with zipfile.ZipFile(path) as found, zipfile.ZipFile(made, "w") as archive:
+        for name in found.namelist():
+            content = found.read(name)
+            if name.endswith("adeye_part.json"):
+                assert old in content
+                content = content.replace(old, new)
+            archive.writestr(name, content)
+    return made
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        (f'"adeye":"{__version__}"', '"adeye":"0.0.9"', "this FMU is of adeye 0.0.9"),
+        ('"wheelbase":2.9', '"wheelbase":2.8', "not as it was exported"),
+    ],
+)
+def test_other_version_and_changed_content_are_refused(
+    old: str, new: str, says: str, tmp_path: Path
+) -> None:
+    path = changed(plant(tmp_path / "plant.fmu"), old.encode(), new.encode())
+    with zipfile.ZipFile(path) as archive:
+        text = archive.read(archive.namelist()[0]).decode()
+    with pytest.raises(AdeyeError, match=says):
+        Export.read(text)
+    with pytest.raises(RuntimeError):
+        Imported(path, tmp_path / "there")
+
+
+@pytest.mark.parametrize(
+    ("kind", "architecture", "name", "says"),
+    [
+        ("channel", "camera_radar", "safty", "Did you mean 'safety'"),
+        ("sensor", "camera_radar", "front", "there is no sensor 'front'"),
+        ("channel", "fmu_controller", "nominal", "of kind fmu, no part of the package"),
+        ("plant", "fmu_vehicle", "", "is an FMU already"),
+    ],
+)
+def test_what_cannot_be_exported_is_refused(
+    kind: Any, architecture: str, name: str, says: str, tmp_path: Path
+) -> None:
+    export = export_of(kind, name, case_of(architecture))
+    refused(UsageError, write_fmu, export, tmp_path / "part.fmu", says=says)
+    assert not list(tmp_path.iterdir())
+
+
+def test_without_the_extra_it_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pythonfmu3", None)
+    export = export_of("plant", "", case_of())
+    refused(InputError, write_fmu, export, tmp_path / "part.fmu", says="pip install 'adeye[fmi]'")
