@@ -199,7 +199,6 @@ class Served:
         text = Path(fmu.resources, _CONTENT).read_text("utf-8")
         self._part = part = Export.read(text).part()
         self._tick = 0
-        self._fmu = fmu
         # No clock is read, and no dice are thrown.
         fmu.guid = uuid.uuid5(uuid.NAMESPACE_URL, f"adeye:{text}")
         fmu.version = __version__
@@ -222,32 +221,28 @@ class Served:
         """Take the parameters."""
         self._part.begin()
 
-    def step(self, time: float, size: float) -> Any:
-        """Do what the part does from one tick to another.
+    def step(self, time: float, size: float) -> bool:
+        """Do what the part does from one tick to another; what it raises is told as fatal.
 
         Args:
             time: Of the first one [s].
             size: Up to the second one [s].
 
-        Returns:
-            Status, an error with a message in the log if the part has no such step.
+        Raises:
+            UsageError: The part has no such step.
         """
-        from pythonfmu3 import Fmi3Status, Fmi3StepResult
-
         step = self._part.step
         count = round(size / step)
         is_whole = count >= 1 and abs(size - count * step) <= _SLACK * step
         if not is_whole or abs(time - self._tick * step) > _SLACK * step * max(1, self._tick):
-            self._fmu.log(
-                f"a step of {size:g} s from {time:g} s does not fit:"
-                f" this FMU begins at 0 s and takes steps of {step:g} s",
-                Fmi3Status.error,
+            raise UsageError(
+                f"a step of {size:g} s from {time:g} s does not fit",
+                remedy=f"This FMU begins at 0 s and takes steps of {step:g} s.",
             )
-            return Fmi3StepResult(Fmi3Status.error)
         for _ in range(count):
             self._part.act(self._tick)
             self._tick += 1
-        return Fmi3StepResult()
+        return True
 
 
 def _variable(fmi: Any, value: parts.Value, causality: str) -> Any:
