@@ -11,6 +11,7 @@ from __future__ import annotations
 import hashlib
 import json
 import re
+import sys
 import tempfile
 import uuid
 import zipfile
@@ -199,6 +200,7 @@ class Served:
         text = Path(fmu.resources, _CONTENT).read_text("utf-8")
         self._part = part = Export.read(text).part()
         self._tick = 0
+        self._fmu = fmu
         # No clock is read, and no dice are thrown.
         fmu.guid = uuid.uuid5(uuid.NAMESPACE_URL, f"adeye:{text}")
         fmu.version = __version__
@@ -221,16 +223,28 @@ class Served:
         """Take the parameters."""
         self._part.begin()
 
-    def step(self, time: float, size: float) -> bool:
-        """Do what the part does from one tick to another; what it raises is told as fatal.
+    def step(self, time: float, size: float) -> Any:
+        """Do what the part does from one tick to another.
 
         Args:
             time: Of the first one [s].
             size: Up to the second one [s].
 
-        Raises:
-            UsageError: The part has no such step.
+        Returns:
+            Whether that went well; what did not is told in the log and on standard error.
         """
+        from pythonfmu3 import Fmi3Status, Fmi3StepResult
+
+        try:
+            self._step(time, size)
+        except Exception as error:  # noqa: BLE001 - one that passes the FMU ends who imports it
+            said = " ".join(f"{type(error).__name__}: {error}".split())
+            self._fmu.log(said, Fmi3Status.error)
+            sys.stderr.write(f"{said}\n")
+            return Fmi3StepResult(Fmi3Status.error)
+        return Fmi3StepResult()
+
+    def _step(self, time: float, size: float) -> None:
         step = self._part.step
         count = round(size / step)
         is_whole = count >= 1 and abs(size - count * step) <= _SLACK * step
@@ -242,7 +256,6 @@ class Served:
         for _ in range(count):
             self._part.act(self._tick)
             self._tick += 1
-        return True
 
 
 def _variable(fmi: Any, value: parts.Value, causality: str) -> Any:
