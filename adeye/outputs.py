@@ -31,7 +31,20 @@ laid: dict[int, int] = {}
 
 _SOURCES: Final = (".yaml", ".yml", ".py")
 _WRITTEN: Final = frozenset(
-    {"", ".csv", ".fmu", ".htm", ".html", ".json", ".jsonl", ".mcap", ".mmd", ".npz", ".osi"}
+    {
+        "",
+        ".bag",
+        ".csv",
+        ".fmu",
+        ".htm",
+        ".html",
+        ".json",
+        ".jsonl",
+        ".mcap",
+        ".mmd",
+        ".npz",
+        ".osi",
+    }
     | {".parquet", ".reqif", ".sarif", ".sig", ".svg", ".txt", ".xml", ".xodr"}
 )
 """Endings of what verbs write; what is there and ends otherwise is something else."""
