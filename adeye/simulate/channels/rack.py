@@ -92,6 +92,49 @@ class ClockedChannel:
 # --- The channels of an architecture, built for a batch and called together at every tick ---------
 
 
+class Contexts:
+    """What the channels of a batch are built with."""
+
+    def __init__(self, cases: Sequence[TestCase], scene: SceneContext) -> None:
+        """Gather what several of them are told.
+
+        Args:
+            cases: Test cases of one structure.
+            scene: What does not change during the runs.
+        """
+        sensors = cases[0].architecture.sensors
+        self._cases, self._scene = cases, scene
+        self._poses, self._sheets = mounts(cases), data_sheets(cases)
+        self._kinds = {name: sensor.kind for name, sensor in sensors.items()}
+        self._models = {name: model_name(sensor) for name, sensor in sensors.items()}
+        self._desired = ego_desired_speeds(cases)
+
+    def of(self, name: str, *, shows_candidates: bool = True) -> ChannelContext:
+        """Return what a channel is built with."""
+        cases, scene = self._cases, self._scene
+        spec = cases[0].architecture.channels[name]
+        every = period_ticks(spec.rate, scene.step, f"channels.{name}.rate")
+
+        def linked(known: Mapping[str, Any]) -> dict[str, Any]:
+            return {link: known[link] for link in spec.links if link in known}
+
+        return ChannelContext(
+            channel_id=name,
+            parameters=[case.architecture.channels[name].parameters for case in cases],
+            links=spec.links,
+            sensors=linked(self._kinds),
+            mounts=linked(self._poses),
+            vehicles=[case.architecture.vehicle for case in cases],
+            road=scene.road,
+            desired_speed=self._desired,
+            step=scene.step,
+            period=every * scene.step,
+            shows_candidates=shows_candidates,
+            data_sheets=linked(self._sheets),
+            models=linked(self._models),
+        )
+
+
 class ChannelRack:
     """Every channel of the architecture, also those without authority."""
 
@@ -116,12 +159,8 @@ class ChannelRack:
             only: Which channels to build; None for all.
         """
         architecture = cases[0].architecture
-        poses = mounts(cases)
-        sheets = data_sheets(cases)
+        contexts = Contexts(cases, scene)
         self._runs = len(cases)
-        kinds = {name: sensor.kind for name, sensor in architecture.sensors.items()}
-        models = {name: model_name(sensor) for name, sensor in architecture.sensors.items()}
-        desired = ego_desired_speeds(cases)
         self._links: dict[str, tuple[str, ...]] = {}
         self._clocked: dict[str, ClockedChannel] = {}
         self._inner: dict[str, ControlChannel] = {}
@@ -129,29 +168,14 @@ class ChannelRack:
         for name, spec in architecture.channels.items():
             if only is not None and name not in only:
                 continue
-            every = period_ticks(spec.rate, scene.step, f"channels.{name}.rate")
             delay = ticks(spec.delay, scene.step, f"channels.{name}.delay")
             inner = make_channel(spec.kind, base_dir, spec.parameters)
             self._inner[name] = inner
             if witness is not None and witness.channel == name:
                 inner = WitnessedChannel(inner, spec.kind, witness)
-            clocked = ClockedChannel(inner, every, delay)
-            context = ChannelContext(
-                channel_id=name,
-                parameters=[case.architecture.channels[name].parameters for case in cases],
-                links=spec.links,
-                sensors={link: kinds[link] for link in spec.links if link in kinds},
-                mounts={link: poses[link] for link in spec.links if link in poses},
-                vehicles=[case.architecture.vehicle for case in cases],
-                road=scene.road,
-                desired_speed=desired,
-                step=scene.step,
-                period=every * scene.step,
-                # A plug-in sees no difference, so it cannot make one.
-                shows_candidates=drawn or spec.kind not in BUILT_IN,
-                data_sheets={link: sheets[link] for link in spec.links if link in sheets},
-                models={link: models[link] for link in spec.links if link in models},
-            )
+            # A plug-in sees no difference, so it cannot make one.
+            context = contexts.of(name, shows_candidates=drawn or spec.kind not in BUILT_IN)
+            clocked = ClockedChannel(inner, round(context.period / context.step), delay)
             # What is not ours shares no memory with the world, nor with other channels.
             clocked.reset(deepcopy(context) if ":" in spec.kind else context)
             self._links[name] = spec.links
