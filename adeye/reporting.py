@@ -467,7 +467,7 @@ def handing_out(
         commonroad: Folder for a scenario of CommonRoad and its solution.
         table: File for its signals: Parquet, CSV or lines of JSON, as its name ends.
         rosbag: Folder for a bag of ROS 2, or file in .bag for one of ROS 1.
-        shown: What the bag is made of: what a channel is shown, see ``replay_run``.
+        shown: What a bag is made of: what a channel is shown, see ``replay_run``.
 
     Raises:
         InputError: An extra is not installed that one of them needs.
@@ -490,7 +490,7 @@ def handing_out(
         add(_commonroad_writer(commonroad), commonroad, replacing_folder)
     if table is not None:
         add(_table_writer(table), table, replacing)
-    if rosbag is not None and shown is not None:
+    if rosbag is not None:
         is_file = rosbag.suffix == ".bag"
         add(_rosbag_writer(rosbag, shown), rosbag, replacing if is_file else replacing_folder)
 
@@ -554,13 +554,14 @@ def _commonroad_writer(folder: Path) -> Write:
     return lambda done, place: write_commonroad(RunView(done.trace), _account(done), place)
 
 
-def _rosbag_writer(path: Path, shown: BinaryIO) -> Write:
+def _rosbag_writer(path: Path, shown: BinaryIO | None) -> Write:
     with needing("rosbags", "viz"):
         from adeye.exchange.rosbag import FILE, NAMES, write_rosbag
     if path.suffix != FILE:
         require_place(path, NAMES, "a bag of ROS 2")
 
     def write(_: Execution, place: Path) -> None:
+        assert shown is not None
         shown.seek(0)
         write_rosbag(shown, place, path.name)
 

@@ -82,7 +82,7 @@ class _Types:
         self.version = version
         self._definitions = definitions(version)
         self.store = get_typestore(Stores.EMPTY)
-        found = {}
+        found: dict[str, Any] = {}
         for kind, fields in self._definitions.items():
             text = "\n".join(_line(field, version) for field in fields)
             found |= get_types_from_msg(text, _named(kind))

@@ -132,7 +132,10 @@ class Export:
                 f"this FMU is of adeye {version}, not of {__version__}",
                 remedy="Export it anew, or install that version.",
             )
-        models = {"architecture": Architecture, "scenario": LogicalScenario}
+        models: dict[str, type[Architecture | LogicalScenario]] = {
+            "architecture": Architecture,
+            "scenario": LogicalScenario,
+        }
         for name, digest in content.pop("digests").items():
             content[name] = models[name].model_validate(content[name], context=SI)
             if content_digest(content[name]) != digest:

@@ -9,11 +9,13 @@ from typing import Any, NamedTuple
 
 import pytest
 
+from adeye import signals
 from adeye.errors import AdeyeError, InputError, UsageError
-from adeye.signals import Authority, ControlCommand, Observation, Scene
+from adeye.signals import Authority, ControlCommand, Measurement, Observation, Scene
 from adeye.simulate import engine, parts
-from adeye.simulate.channels import rack
+from adeye.simulate.channels import links, rack
 from adeye.simulate.fmu_export import OF_SCENARIO, Export, write_fmu
+from adeye.simulate.sensors.rig import Rig
 from adeye.spec.architecture import Architecture
 from adeye.spec.fault import FAULT
 from adeye.spec.load import load_architecture, load_scenario, merge
@@ -84,7 +86,7 @@ class Taken(NamedTuple):
 
     trace: Trace
     scenes: list[Scene]
-    sensed: list[dict[str, Any]]
+    sensed: list[dict[str, Measurement]]
     shown: list[dict[str, Observation]]
     answers: list[list[ControlCommand]]
     proposals: list[list[ControlCommand]]
@@ -95,13 +97,15 @@ def watch(case: TestCase, monkeypatch: pytest.MonkeyPatch) -> Taken:
     """Run a test case and take down what its parts are told and answer."""
     taken = Taken(Any, [], [], [], [], [], [])  # type: ignore[arg-type]
     names = {spec.links: name for name, spec in case.architecture.channels.items()}
-    look = rack.observe
+    look = links.observe
 
-    def observe(links: tuple[str, ...], *given: Any, **more: Any) -> Observation:
-        found = look(links, *given, **more)
+    def observe(linked: tuple[str, ...], *given: Any, **more: Any) -> Observation:
+        found = look(linked, *given, **more)
         measurements = {name: item.copy() for name, item in found.measurements.items()}
         commands = {name: item.copy() for name, item in found.commands.items()}
-        taken.shown[-1][names[links]] = replace(found, measurements=measurements, commands=commands)
+        taken.shown[-1][names[linked]] = replace(
+            found, measurements=measurements, commands=commands
+        )
         return found
 
     class Watched(rack.ChannelRack):
@@ -116,8 +120,8 @@ def watch(case: TestCase, monkeypatch: pytest.MonkeyPatch) -> Taken:
             taken.decided.append(Authority(authority.channel.copy(), authority.reason.copy()))
             super().remember(proposals, authority)
 
-    class Sensing(engine.Rig):
-        def sense(self, scene: Scene) -> dict[str, Any]:
+    class Sensing(Rig):
+        def sense(self, scene: Scene) -> dict[str, Measurement]:
             taken.scenes.append(scene.copy())
             found = super().sense(scene)
             taken.sensed.append({name: item.copy() for name, item in found.items()})
@@ -262,7 +266,7 @@ def test_arbiter_decides_as_inside_and_the_fault_makes_it_decide_otherwise(
     trace, channels = taken.trace, tuple(case.architecture.channels)
     fmu, stuck = imported("arbiter", "", case), imported("arbiter", "", case)
     for tick, proposals in enumerate(taken.proposals):
-        told = {}
+        told: Named = {}
         for name, command in zip(channels, proposals, strict=True):
             told |= values_of(parts.command_values(f"{name}.", command, ()))
         acceleration, angle = trace["command"][0, tick].tolist()
@@ -335,10 +339,10 @@ def test_sensor_delivers_as_inside(
     for tick, (scene, sensed) in enumerate(zip(taken.scenes, taken.sensed, strict=True)):
         told = {
             f"ego.{column}": float(scene.ego[0, place])
-            for place, column in enumerate(parts.columns.EGO_COLUMNS)
+            for place, column in enumerate(signals.EGO_COLUMNS)
         }
         for row, thing in enumerate(objects):
-            for place, column in enumerate(parts.columns.OBJECT_COLUMNS):
+            for place, column in enumerate(signals.OBJECT_COLUMNS):
                 told[f"objects.{thing}.{column}"] = float(scene.objects[0, row, place])
         answer = fmu.step(told)
         wanted = values_of(list(parts.measurement_values(name, sensed[name])))

@@ -68,7 +68,7 @@ def test_passes_the_checks_of_gymnasium(observation: str) -> None:
 
 def test_vector_form_is_the_single_one_side_by_side() -> None:
     given: Any = {"scenario": SCENARIO, "architecture": architecture_of()}
-    vector = gymnasium.make_vec(
+    vector: Any = gymnasium.make_vec(
         f"adeye.simulate.training:{ENV_ID}", num_envs=2, vectorization_mode="sync", **given
     )
     seen, _ = vector.reset(seed=[4, 9])

@@ -380,7 +380,8 @@ def rewards(running: Bools, before: Floats, after: Floats, contact: Ints) -> Flo
         after: (B,) where they are.
         contact: (B,) object that each touches, -1 for none.
     """
-    return np.where(running, after - before, 0.0) + CONTACT_REWARD * (running & (contact >= 0))
+    way: Floats = np.where(running, after - before, 0.0)
+    return way + CONTACT_REWARD * (running & (contact >= 0))
 
 
 def draw_parameters(
