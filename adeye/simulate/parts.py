@@ -209,7 +209,7 @@ def vehicle_part(architecture: Architecture, step: float) -> Part:
     return Part(
         step,
         [
-            *_row("", command, (0,), ("acceleration_command", "steering_angle_command")),
+            *_row("command.", command, (0,), ("acceleration", "steering_angle")),
             Value("friction", limits, (0, FRICTION), "of the tyres"),
         ],
         list(_row("", states, (0,), columns.EGO_COLUMNS)),

@@ -163,6 +163,10 @@ class Imported:
         self._time += size
         return self.outputs()
 
+    def known(self, values: Named) -> Named:
+        """Return those of some values that are its variables."""
+        return {name: value for name, value in values.items() if name in self._known}
+
     def outputs(self) -> Named:
         told: Named = {}
         for kind in self.TYPES:
@@ -290,8 +294,8 @@ def test_plant_moves_as_inside_and_in_the_place_of_it(imported: Any, tmp_path: P
     require_same(fmu.outputs(), dict(zip(names[:4], ego[0].tolist(), strict=False)), 0)
     for tick in range(int(trace.length[0]) - 1):
         told = {
-            "acceleration_command": float(command[tick, 0]),
-            "steering_angle_command": float(command[tick, 1]),
+            "command.acceleration": float(command[tick, 0]),
+            "command.steering_angle": float(command[tick, 1]),
             "friction": friction,
         }
         wanted = dict(zip(names, ego[tick + 1].tolist(), strict=True))
@@ -299,8 +303,8 @@ def test_plant_moves_as_inside_and_in_the_place_of_it(imported: Any, tmp_path: P
     plant = {
         "file": "./0.fmu",
         "inputs": {
-            "acceleration_command": "acceleration",
-            "steering_angle_command": "steering_angle",
+            "command.acceleration": "acceleration",
+            "command.steering_angle": "steering_angle",
             "friction": "friction",
         },
         "initial": {name: f"start.{name}" for name in names[:4]},
@@ -354,6 +358,43 @@ def test_sensor_delivers_as_inside(
     assert tick > 100
 
 
+@pytest.mark.slow
+def test_parts_side_by_side_are_the_closed_loop(imported: Any) -> None:
+    case = case_of()
+    trace = engine.run([case])
+    architecture = case.architecture
+    sensors = {name: imported("sensor", name, case) for name in architecture.sensors}
+    channels = {name: imported("channel", name, case) for name in architecture.channels}
+    arbiter = imported("arbiter", "", case)
+    begin = dict(zip(signals.EGO_COLUMNS[:4], trace["ego"][0, 0].tolist(), strict=False))
+    car = imported("plant", "", case, **{f"start.{name}": v for name, v in begin.items()})
+    friction = float(trace.layout.context.surroundings.friction[0])
+    ego, commands, decided = car.outputs(), {}, {}
+    for tick in range(200):
+        require_same(ego, dict(zip(signals.EGO_COLUMNS, trace["ego"][0, tick], strict=True)), tick)
+        scene = {f"ego.{name}": value for name, value in ego.items()}
+        for row, thing in enumerate(trace.layout.context.object_ids):
+            for name, value in zip(
+                signals.OBJECT_COLUMNS, trace["objects"][0, tick, row].tolist(), strict=True
+            ):
+                scene[f"objects.{thing}.{name}"] = value
+        told = {
+            f"{name}.{key}": value
+            for name, sensor in sensors.items()
+            for key, value in sensor.step(scene).items()
+        }
+        told |= {f"channels.{key}": value for key, value in commands.items()}
+        told |= {f"switch.{key}": value for key, value in decided.items()}
+        answers = {name: channel.step(channel.known(told)) for name, channel in channels.items()}
+        commands = {
+            f"{n}.{key}": value for n, item in answers.items() for key, value in item.items()
+        }
+        acting = arbiter.step(arbiter.known(commands))
+        decided = {name: acting[name] for name in ("authority", "reason")}
+        given = {f"command.{name}": acting[name] for name in ("acceleration", "steering_angle")}
+        ego = car.step({**given, "friction": friction})
+
+
 # --- What needs no run ----------------------------------------------------------------------------
 
 
@@ -375,7 +416,7 @@ def test_names_and_units_are_told(imported: Any) -> None:
     moved = imported("plant", "", case)
     assert [item.name for item in moved.description.modelVariables][4:6] == [
         "start.speed",
-        "acceleration_command",
+        "command.acceleration",
     ]
 
 
@@ -386,7 +427,7 @@ def test_same_export_has_the_same_bytes(tmp_path: Path) -> None:
 def test_two_in_one_process_and_a_reset_keep_apart(imported: Any) -> None:
     case = case_of()
     one, other = imported("plant", "", case), imported("plant", "", replace(case, step=0.01))
-    told = {"acceleration_command": 1.0}
+    told = {"command.acceleration": 1.0}
     first = [one.step(told)["speed"] for _ in range(3)]
     assert other.step(told, 0.05)["speed"] != first[0]
     one.reset()
@@ -403,7 +444,7 @@ def test_step_that_does_not_fit_is_an_error(
         fmu.step({}, size)
     assert "takes steps of 0.05 s" in capfd.readouterr().err
     fmu._time = 0.0
-    assert fmu.step({"acceleration_command": 1.0})["speed"] > 0.0
+    assert fmu.step({"command.acceleration": 1.0})["speed"] > 0.0
 
 
 def changed(path: Path, old: bytes, new: bytes) -> Path:

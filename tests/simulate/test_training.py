@@ -1,5 +1,9 @@
 """The environment of a policy channel: what is trained in it drives as it does in a campaign."""
 
+import json
+import shutil
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +18,7 @@ from adeye.simulate.training import ENV_ID, PolicyEnv
 from adeye.spec.architecture import Architecture
 from adeye.spec.load import load_architecture, load_scenario, merge
 from adeye.sweep.case import lone_case
+from docs import walk
 from tests.refusals import refused
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -125,3 +130,59 @@ def test_what_cannot_be_trained_is_refused() -> None:
     env.reset(seed=1)
     refused(UsageError, env.step, np.full(2, np.nan), says="not finite")
     env.close()
+
+
+STUB = """
+import numpy as np
+
+
+class Values:
+    def __init__(self, values):
+        self.values = values
+
+    def detach(self):
+        return self
+
+    def numpy(self):
+        return self.values
+
+
+class Layer:
+    def __init__(self, *shape):
+        self.weight, self.bias = Values(np.full(shape, 0.1)), Values(np.zeros(shape[0]))
+
+
+class PPO:
+    def __init__(self, kind, env, **given):
+        self.env, self.policy = env, self
+        self.mlp_extractor, self.policy_net, self.action_net = self, [], Layer(1, 3)
+
+    def learn(self, steps):
+        seen, _ = self.env.reset(seed=1)
+        ended = False
+        while not ended:
+            assert self.env.observation_space.contains(seen)
+            seen, reward, *ends, _ = self.env.step(np.zeros(1, dtype=np.float32))
+            ended = any(ends)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("is_real", [False, True])
+def test_script_of_the_guide_trains(is_real: bool, tmp_path: Path) -> None:
+    if is_real:
+        pytest.importorskip("stable_baselines3", reason="needs Stable-Baselines3")
+    else:
+        # With what it calls of the library in the place of it.
+        (tmp_path / "stable_baselines3.py").write_text(STUB)
+    for folder in walk.COPIED:
+        shutil.copytree(ROOT / folder, tmp_path / folder)
+    page = (ROOT / "docs" / "guide" / "gymnasium.md").read_text("utf-8")
+    for name, text in walk.files_of(page).items():
+        (tmp_path / name).write_text(text.replace("20_000", "500"), "utf-8")
+    weights = tmp_path / "odd" / "architectures" / "cruise.json"
+    weights.unlink()
+    subprocess.run([sys.executable, "train.py"], cwd=tmp_path, check=True)
+    layers = [np.array(layer) for layer in json.loads(weights.read_text())]
+    assert layers[-1].shape[0] == 1
+    assert all(np.isfinite(layer).all() for layer in layers)
