@@ -31,8 +31,21 @@ laid: dict[int, int] = {}
 
 _SOURCES: Final = (".yaml", ".yml", ".py")
 _WRITTEN: Final = frozenset(
-    {"", ".csv", ".htm", ".html", ".json", ".jsonl", ".mcap", ".mmd", ".npz", ".osi", ".parquet"}
-    | {".reqif", ".sarif", ".sig", ".svg", ".txt", ".xml", ".xodr"}
+    {
+        "",
+        ".bag",
+        ".csv",
+        ".fmu",
+        ".htm",
+        ".html",
+        ".json",
+        ".jsonl",
+        ".mcap",
+        ".mmd",
+        ".npz",
+        ".osi",
+    }
+    | {".parquet", ".reqif", ".sarif", ".sig", ".svg", ".txt", ".xml", ".xodr"}
 )
 """Endings of what verbs write; what is there and ends otherwise is something else."""
 _PEM: Final = b"-----BEGIN"
@@ -45,6 +58,8 @@ _SIGNED: Final = re.compile(
 baseline only that reads it first."""
 _OWN_MAP: Final = b'vendor="adeye"'
 """What stands in the header of a map that adeye wrote: others are drawn by somebody."""
+_OWN_FMU: Final = b"resources/adeye_part.json"
+"""Name of the first file in an FMU that adeye wrote: others are somebody's work."""
 _HEAD_BYTES: Final = 1_000_000
 _SQLITE: Final = b"SQLite format 3\0"
 _DESCRIPTOR: Final = re.compile(
@@ -244,6 +259,7 @@ def _worth(ending: str, head: bytes, known: Collection[Pattern]) -> str:
             "is a baseline, a manifest or a signature",
         ),
         (ending == ".xodr" and _OWN_MAP not in head, "is a map that adeye has not written"),
+        (ending == ".fmu" and _OWN_FMU not in head[:99], "is an FMU that adeye has not written"),
         (ending not in _WRITTEN, "is there and has an ending that adeye never writes"),
     )
     return next((why for is_so, why in kinds if is_so), "") if head else ""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shlex
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, BinaryIO, Final
 
 from adeye.campaign import summary
 from adeye.campaign.replay import Execution, rerun
@@ -456,6 +456,8 @@ def handing_out(
     osi: Path | None = None,
     commonroad: Path | None = None,
     table: Path | None = None,
+    rosbag: Path | None = None,
+    shown: BinaryIO | None = None,
 ) -> Callable[[Execution], None]:
     """Give what writes an executed run for others; what is missing for it is told before.
 
@@ -464,6 +466,8 @@ def handing_out(
         osi: Folder for traces of ASAM OSI.
         commonroad: Folder for a scenario of CommonRoad and its solution.
         table: File for its signals: Parquet, CSV or lines of JSON, as its name ends.
+        rosbag: Folder for a bag of ROS 2, or file in .bag for one of ROS 1.
+        shown: What a bag is made of: what a channel is shown, see ``replay_run``.
 
     Raises:
         InputError: An extra is not installed that one of them needs.
@@ -486,6 +490,9 @@ def handing_out(
         add(_commonroad_writer(commonroad), commonroad, replacing_folder)
     if table is not None:
         add(_table_writer(table), table, replacing)
+    if rosbag is not None:
+        is_file = rosbag.suffix == ".bag"
+        add(_rosbag_writer(rosbag, shown), rosbag, replacing if is_file else replacing_folder)
 
     def hand_out(done: Execution) -> None:
         for item in writers:
@@ -545,6 +552,20 @@ def _commonroad_writer(folder: Path) -> Write:
 
     require_place(folder, NAMES, "a scenario of CommonRoad")
     return lambda done, place: write_commonroad(RunView(done.trace), _account(done), place)
+
+
+def _rosbag_writer(path: Path, shown: BinaryIO | None) -> Write:
+    with needing("rosbags", "viz"):
+        from adeye.exchange.rosbag import FILE, NAMES, write_rosbag
+    if path.suffix != FILE:
+        require_place(path, NAMES, "a bag of ROS 2")
+
+    def write(_: Execution, place: Path) -> None:
+        assert shown is not None
+        shown.seek(0)
+        write_rosbag(shown, place, path.name)
+
+    return write
 
 
 def _table_writer(path: Path) -> Write:

@@ -12,7 +12,7 @@ from dataclasses import asdict, dataclass
 from itertools import takewhile
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import TYPE_CHECKING, Any, BinaryIO, Final, TypeVar
 
 from adeye.campaign.parts import use_plugin_metrics
 from adeye.campaign.plan import folder_of_plugins, recreate
@@ -60,6 +60,9 @@ UNSTEADY: Final = (
 
 
 Report = Callable[[Progress], None]
+
+Dump = tuple[str | None, Path | BinaryIO]
+"""Whose observations are taken down, and where: a file's name, or an open file."""
 
 
 @dataclass(frozen=True)
@@ -208,7 +211,7 @@ def _provenances(repository: Repository, campaign: CampaignInfo) -> Iterator[Map
 
 
 @contextmanager
-def _witness(dump: tuple[str, Path] | None, case: TestCase) -> Iterator[Witness | None]:
+def _witness(dump: Dump | None, case: TestCase) -> Iterator[Witness | None]:
     """Open the file that gets what a channel is shown.
 
     Raises:
@@ -218,24 +221,28 @@ def _witness(dump: tuple[str, Path] | None, case: TestCase) -> Iterator[Witness 
     if dump is None:
         yield None
         return
-    channel, path = dump
     channels = case.architecture.channels
+    channel, path = dump[0] or case.architecture.switch.default, dump[1]
     if channel not in channels:
         raise UsageError(
             f"architecture {case.architecture.architecture} has no channel {shown(channel)}",
             remedy=suggest(channel, channels),
         )
+    if not isinstance(path, Path):
+        yield Witness(channel, path)
+        return
     with replacing(path) as place, place.open("wb") as stream:
         yield Witness(channel, stream)
 
 
-def rerun(repository: Repository, run: RunRef, dump: tuple[str, Path] | None = None) -> Execution:
+def rerun(repository: Repository, run: RunRef, dump: Dump | None = None) -> Execution:
     """Execute a stored run again, alone.
 
     Args:
         repository: The database.
         run: A run that has a result.
-        dump: Channel, and the file that gets what it is shown.
+        dump: Channel, or None for the default of the switch, and the file that gets what it is
+            shown.
 
     Raises:
         InputError: It was planned, but not executed yet.
@@ -285,7 +292,7 @@ def _known_variant(row: Mapping[str, Any]) -> str | None:
 def replay_run(
     db: str | Path | None,
     run: str,
-    dump: tuple[str, Path] | None = None,
+    dump: Dump | None = None,
     look: Callable[[Execution], None] | None = None,
 ) -> Replayed:
     """Execute a stored run again and compare trace digests.
@@ -296,7 +303,8 @@ def replay_run(
     Args:
         db: Database, by default ``.adeye/adeye.db``.
         run: Beginning of its result digest.
-        dump: Channel, and the file that gets what it is shown, a line for each observation.
+        dump: Channel, or None for the default of the switch, and the file that gets what it is
+            shown, a line for each observation.
         look: Is shown the execution of the run.
     """
     with Repository.open(db, create=False) as repository:

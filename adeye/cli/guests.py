@@ -1,7 +1,9 @@
-"""``fmu …`` and ``channel …``: models and channels of others by themselves."""
+"""``fmu …`` and ``channel …``: models and channels of others, and our parts for others."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,18 +12,30 @@ import typer
 from adeye.cli import output as out
 from adeye.cli.options import Json, add, named, option, write_rows
 from adeye.cli.progress import waiting
-from adeye.errors import UsageError
+from adeye.errors import UsageError, require_known
 from adeye.judge.verdict import ExitCode
+from adeye.units import Dimension, parse_quantity
 
 if TYPE_CHECKING:
     from adeye.selftest.conformance import Conformance
     from adeye.simulate.bridges.fmi import Variable
 
-# --- ``fmu …``: models of others by themselves, shown and stepped ---------------------------------
+# --- ``fmu …``: models of others by themselves, shown and stepped; our own parts for others -------
 
-fmu_app = typer.Typer(help="Look at FMUs and step them by themselves.", no_args_is_help=True)
+fmu_app = typer.Typer(
+    help="Look at FMUs, step them by themselves, export parts.", no_args_is_help=True
+)
 
 FmuFile = Annotated[Path, typer.Argument(metavar="FILE", help="The FMU's file, such as brake.fmu.")]
+
+
+class Part(str, Enum):  # noqa: UP042 - typer before 0.13 shows the name of a StrEnum
+    """What of an architecture is exported."""
+
+    plant = "plant"
+    sensor = "sensor"
+    channel = "channel"
+    arbiter = "arbiter"
 
 
 def show_fmu(file: FmuFile, json: Json = False) -> None:
@@ -120,10 +134,71 @@ def simulate_fmu(
     out.wrote(output)
 
 
-def _assignment(text: str) -> tuple[str, Any]:
+def export_fmu(  # noqa: PLR0917 - options of the command line
+    part: Annotated[Part, typer.Argument(metavar="PART")],
+    architecture: Annotated[Path, typer.Argument(metavar="ARCHITECTURE")],
+    name: Annotated[str | None, typer.Argument(metavar="[ID]")] = None,
+    scenario: Annotated[Path | None, option("--scenario FILE")] = None,
+    value: Annotated[list[str] | None, option("--set NAME=VALUE")] = None,
+    step: Annotated[str, option("--step TIME")] = "0.05 s",
+    seed: Annotated[int, option("--seed N")] = 0,
+    output: Annotated[Path | None, option("--output -o FMU", callback=named)] = None,
+) -> None:
+    """Export a part of an architecture as an FMU of FMI 3.0, to be used in other tools.
+
+    PART is plant (the vehicle), sensor or channel with its ID, or arbiter (the switch). Sensors and
+    channels know a scenario: its road, how fast the ego is to drive, what there is to be seen. The
+    tool that imports the FMU needs a Python with this version of adeye. Needs adeye[fmi].
+
+    Parameters:
+        part: What to export.
+        architecture: The architecture's file.
+        name: ID of the sensor or channel.
+        scenario: Scenario that a sensor or channel knows.
+        value: Value of a parameter of the scenario, such as gap='20 m'; may be repeated. Default:
+            its own.
+        step: Of the FMU, such as '0.05 s'; that of the ODD makes it what it is inside.
+        seed: Of what sensors draw.
+        output: File to write; default: the part's ID, or its kind, with .fmu.
+
+    Examples:
+        adeye fmu export arbiter odd/architectures/camera_radar.yaml
+        adeye fmu export channel odd/architectures/camera_radar.yaml safety --scenario cut_in.yaml
+    """
+    from adeye.simulate.fmu_export import OF_SCENARIO, Export, write_fmu
+    from adeye.spec.load import load_architecture, load_scenario
+    from adeye.sweep.axes import default_values, parameter_value
+
+    knows = part.value in OF_SCENARIO
+    if (name is not None, scenario is not None) != (knows, knows) or (value and not knows):
+        raise UsageError(
+            f"{part.value} {'needs an' if knows else 'has no'} ID and --scenario",
+            remedy="A sensor or channel has them, plant and arbiter do not.",
+        )
+    found = Export(
+        part.value, load_architecture(architecture).spec, parse_quantity(step, Dimension.TIME)
+    )
+    if name is not None and scenario is not None:
+        record = load_scenario(scenario).spec
+        values = default_values(record)
+        for key, text in (_named(item, "--set") for item in value or ()):
+            require_known([key], record.parameters, lambda key: f"--set: no parameter {key!r}")
+            values[key] = parameter_value(record.parameters[key], text)
+        found = replace(found, name=name, scenario=record, parameters=values, seed=seed)
+    path = output or Path(f"{name or part.value}.fmu")
+    write_fmu(found, path)
+    out.wrote(path)
+
+
+def _named(text: str, flag: str) -> tuple[str, str]:
     name, sign, value = text.partition("=")
     if not sign or not name:
-        raise UsageError(f"--start {text} is not NAME=VALUE", remedy="As in --start gain=0.5.")
+        raise UsageError(f"{flag} {text} is not NAME=VALUE", remedy=f"As in {flag} gain=0.5.")
+    return name, value
+
+
+def _assignment(text: str) -> tuple[str, Any]:
+    name, value = _named(text, "--start")
     if value in {"true", "false"}:
         return name, value == "true"
     for kind in (int, float):
@@ -136,6 +211,7 @@ def _assignment(text: str) -> tuple[str, Any]:
 
 add(fmu_app, show_fmu, name="show")
 add(fmu_app, simulate_fmu, name="simulate")
+add(fmu_app, export_fmu, name="export")
 
 
 # --- ``channel check``: does a channel of others keep to what is asked of one ---------------------

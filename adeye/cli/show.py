@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final
+from tempfile import TemporaryFile
+from typing import TYPE_CHECKING, Annotated, Any, BinaryIO, Final, cast
 
 import typer
 
@@ -15,9 +17,9 @@ from adeye.outputs import write_atomically
 from adeye.units import Dimension, parse_quantity
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterator, Mapping
 
-    from adeye.campaign.replay import Execution, Replayed
+    from adeye.campaign.replay import Dump, Execution, Replayed
 
 _SECTIONS: Final = ("parameters", "metrics", "verdicts", "events")
 _COMMAND: Final = "command"
@@ -63,6 +65,7 @@ def replay(  # noqa: PLR0917 - options of the command line
     osi: Annotated[Path | None, option("DIR", env="REPLAY_OSI", callback=named_place)] = None,
     commonroad: Annotated[Path | None, option("DIR", callback=named_place)] = None,
     table: Annotated[Path | None, option("FILE", env="REPLAY_TABLE", callback=named)] = None,
+    rosbag: Annotated[Path | None, option("PATH", callback=named_place)] = None,
     json: Json = False,
 ) -> None:
     """Execute a stored run again and compare the digest of its trace.
@@ -73,14 +76,16 @@ def replay(  # noqa: PLR0917 - options of the command line
     With --grid and --dump it saves the grid map around the ego at a time, layer by layer, as a
     NumPy archive: with what is true, or with --channel what that channel believes.
 
-    With --mcap, --osi, --commonroad and --table it writes the run for viewers and tools of others.
+    With --mcap, --osi, --commonroad, --table and --rosbag it writes the run for viewers and tools
+    of others.
 
     Exit codes: 0 identical, 4 the trace differs, or with --html the evidence is not as it was
     written.
 
     Parameters:
         html: Write the run as an HTML page with its replay.
-        channel: Channel whose observations are saved, or with --grid whose view; needs --dump.
+        channel: Channel whose observations are saved, or with --grid whose view; needs --dump or
+            --rosbag.
         dump: Save what the channel is shown, as lines of JSON; with --grid, the grid map.
         grid: Time, such as '4.2 s', of the grid map to save; needs --dump.
         cells: Window, cells and costs of the grid map: a YAML file, or the costs of AD-EYE; by
@@ -90,6 +95,8 @@ def replay(  # noqa: PLR0917 - options of the command line
         commonroad: Folder for the run as a scenario of CommonRoad, and what the ego drove as its
             solution.
         table: Write its signals, a row a tick: a file in .parquet, .csv or .jsonl.
+        rosbag: Write what the default channel is shown, or --channel: a folder for a bag of ROS 2,
+            a file in .bag for one of ROS 1; needs adeye[viz].
 
     Examples:
         adeye replay 3f2a91c04b
@@ -102,18 +109,19 @@ def replay(  # noqa: PLR0917 - options of the command line
     looks = []
     if grid is not None:
         looks.append(_grid_saver(grid, cells, channel, dump))
-    shown = None if grid is not None else _saved(channel, dump, cells)
-    handed = {"mcap": mcap, "osi": osi, "commonroad": commonroad, "table": table}
-    if any(path is not None for path in handed.values()):
-        from adeye.reporting import handing_out
-
-        looks.append(handing_out(**handed))
+    shown = _shown(channel, dump, cells, is_grid=grid is not None, is_bag=rosbag is not None)
+    handed = {"mcap": mcap, "osi": osi, "commonroad": commonroad, "table": table, "rosbag": rosbag}
 
     def look(done: Execution) -> None:
         for item in looks:
             item(done)
 
-    again = replay_run(db, run, shown, look if looks else None)
+    with _opened(shown) as taken:
+        if any(path is not None for path in handed.values()):
+            from adeye.reporting import handing_out
+
+            looks.append(handing_out(**handed, shown=taken))
+        again = replay_run(db, run, shown, look if looks else None)
     emit_found("replay", again, _print, json=json)
     written = None
     if html is not None:
@@ -130,10 +138,20 @@ def replay(  # noqa: PLR0917 - options of the command line
         raise IntegrityError(written.message)
 
 
-def _saved(channel: str | None, dump: Path | None, cells: str | None) -> tuple[str, Path] | None:
+def _shown(
+    channel: str | None, dump: Path | None, cells: str | None, *, is_grid: bool, is_bag: bool
+) -> Dump | None:
     """Give the channel whose observations are saved, and where."""
+    if is_bag and (is_grid or dump is not None):
+        raise UsageError(
+            "--rosbag stands beside neither --grid nor --dump", remedy="Replay the run twice."
+        )
+    if is_grid:
+        return None
     if cells is not None:
         raise UsageError("--cells belongs to --grid", remedy="Give --grid TIME --dump FILE, too.")
+    if is_bag:
+        return channel, cast("BinaryIO", TemporaryFile())
     if channel is None and dump is None:
         return None
     if channel is None or dump is None:
@@ -142,6 +160,16 @@ def _saved(channel: str | None, dump: Path | None, cells: str | None) -> tuple[s
             remedy="Give --channel ID --dump FILE, --grid TIME --dump FILE, or neither.",
         )
     return channel, dump
+
+
+@contextmanager
+def _opened(shown: Dump | None) -> Iterator[BinaryIO | None]:
+    """Close at the end what was opened for a bag."""
+    if shown is None or isinstance(shown[1], Path):
+        yield None
+        return
+    with shown[1] as stream:
+        yield stream
 
 
 def _grid_saver(

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-_FOREIGN: Final = frozenset({"foxglove", "google", "mcap", "mcap_protobuf", "osi3"})
+_FOREIGN: Final = frozenset({"foxglove", "google", "mcap", "mcap_protobuf", "osi3", "rosbags"})
 """Packages that forms need and a plain installation lacks."""
 
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adeye.ports import SwitchContext
-from adeye.simulate.channels.rack import ChannelRack
+from adeye.simulate.channels.rack import ChannelRack, Watch
 from adeye.simulate.faults import FaultPlan
 from adeye.simulate.mirror import as_driven
 from adeye.simulate.recorder import Memory, Recorder
@@ -105,7 +105,7 @@ def run(  # noqa: PLR0913 - all but the cases has a default
     traffic.scenario_dir = (base_dirs or {}).get(first.place_key, Path())
     context, scene = traffic.reset(cases)
     rig = Rig(cases, context, base_dir)
-    rack = ChannelRack(cases, context, base_dir, drawn=drawn, witness=witness, pace=pace)
+    rack = ChannelRack(cases, context, base_dir, watch=Watch(drawn, witness, pace))
     faults = FaultPlan(cases, context)
     channels = tuple(first.architecture.channels)
     arbitration = SwitchContext([case.architecture.switch for case in cases], channels, first.step)

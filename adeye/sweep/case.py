@@ -8,6 +8,7 @@ from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Final, Self, TypeAlias
 
 from adeye.identity import JsonRows, digest, digests, stream_seed
+from adeye.spec.odd import Attributes
 from adeye.spec.scenario import LogicalScenario
 from adeye.spec.sensors import model_name
 from adeye.sweep.axes import MOST_VARIANTS
@@ -17,7 +18,6 @@ if TYPE_CHECKING:
 
     from adeye.spec.architecture import Architecture
     from adeye.spec.fault import Fault
-    from adeye.spec.odd import Attributes
 
 # --- The test case: one situation, one architecture, one fault entry; and what identifies it ------
 
@@ -128,6 +128,41 @@ class TestCase(Shared):
         """
         vars(self).update(stream_seed=seed, situation_digest=situation, digest=digest)
         return self
+
+
+def lone_case(
+    scenario: LogicalScenario,
+    architecture: Architecture,
+    parameters: Mapping[str, float],
+    *,
+    step: float,
+    seed: int = 0,
+    replicate: int = 0,
+) -> TestCase:
+    """Make a test case that is of no ODD and has no faults.
+
+    Args:
+        scenario: The scenario.
+        architecture: The architecture.
+        parameters: Values of the scenario's parameters in SI.
+        step: Master clock [s].
+        seed: Of its random streams.
+        replicate: Number of the replicate, from 0.
+    """
+    return TestCase(
+        scenario_id=scenario.scenario,
+        scenario=scenario,
+        parameters=parameters,
+        architecture=architecture,
+        faults=(),
+        fault_entry="none",
+        replicate=replicate,
+        seed=seed,
+        step=step,
+        point=parameters,
+        inside_odd=True,
+        attributes=Attributes(),
+    )
 
 
 def situation_json(scenario: LogicalScenario, seed: int) -> JsonRows:

@@ -157,11 +157,35 @@ def test_run_is_handed_to_the_viewers_that_are_asked_for(
     asked = {"mcap": "r.mcap", "osi": "o", "commonroad": "c", "table": "t.csv"}
     options = [word for name, path in asked.items() for word in (f"--{name}", path)]
     ended = adeye("replay", "abab", *options).ok
-    handing_out.assert_called_once_with(**{name: Path(path) for name, path in asked.items()})
+    more = {"rosbag": None, "shown": None}
+    wanted = {name: Path(path) for name, path in asked.items()}
+    handing_out.assert_called_once_with(**wanted, **more)
     ((done,), _) = hand_out.call_args
     assert done.trace.runs == 1
     for name in asked.values():
         assert f"wrote {name}" in ended.err
+
+
+@pytest.mark.parametrize("channel", [None, "safety"])
+def test_bag_is_made_of_what_a_channel_is_shown(
+    adeye: Any, results: Mock, monkeypatch: pytest.MonkeyPatch, channel: str | None
+) -> None:
+    handing_out = Mock(return_value=Mock())
+    monkeypatch.setattr(reporting, "handing_out", handing_out)
+    more = () if channel is None else ("--channel", channel)
+    assert "wrote run.bag" in adeye("replay", "abab", "--rosbag", "run.bag", *more).ok.err
+    ((_, _, (asked, taken), _), _) = results.replay_run.call_args
+    assert asked == channel
+    assert handing_out.call_args.kwargs["shown"] is taken
+    assert handing_out.call_args.kwargs["rosbag"] == Path("run.bag")
+    assert taken.closed
+
+
+@pytest.mark.usefixtures("results")
+def test_bag_beside_a_dump_is_refused(adeye: Any) -> None:
+    for more in (("--channel", "safety"), ("--grid", "1 s")):
+        said = adeye("replay", "abab", "--rosbag", "bag", "--dump", "d", *more).refused
+        assert "stands beside neither" in said
 
 
 @pytest.mark.usefixtures("results")

@@ -3,6 +3,7 @@
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -31,7 +32,7 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 def test_run_is_written_in_every_form(done: Execution, tmp_path: Path) -> None:
     names = {"mcap": "r.mcap", "osi": "osi", "commonroad": "cr", "table": "r.csv"}
-    places = {form: tmp_path / name for form, name in names.items()}
+    places: dict[str, Any] = {form: tmp_path / name for form, name in names.items()}
     handing_out(**places)(done)
     found = read(places["mcap"])
     assert len(found["/scene"]) == int(done.trace.length[0])
@@ -86,7 +87,12 @@ def test_folder_of_something_else_is_refused_before_anything_is_done(
 
 @pytest.mark.parametrize(
     ("package", "asked", "extra"),
-    [("foxglove", "mcap", "viz"), ("mcap", "mcap", "viz"), ("osi3", "osi", "osi")],
+    [
+        ("foxglove", "mcap", "viz"),
+        ("mcap", "mcap", "viz"),
+        ("osi3", "osi", "osi"),
+        ("rosbags", "rosbag", "viz"),
+    ],
 )
 def test_missing_extra_is_told_before_anything_is_done(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, package: str, asked: str, extra: str
@@ -96,7 +102,7 @@ def test_missing_extra_is_told_before_anything_is_done(
             monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, package, None)
     with pytest.raises(InputError, match=rf"needs adeye\[{extra}\]"):
-        handing_out(**{asked: tmp_path / "out"})
+        handing_out(**dict[str, Any]({asked: tmp_path / "out"}))
 
 
 def test_running_a_campaign_loads_no_library_of_viewers() -> None:

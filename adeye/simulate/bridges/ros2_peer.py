@@ -33,7 +33,7 @@ from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
 from adeye.simulate.bridges.bridge_program import GREETING, WAITING, BridgeError
-from adeye.simulate.bridges.ros_messages import COMMAND, TOPICS, Topics, definitions
+from adeye.simulate.bridges.ros_messages import COMMAND, TOPICS, Topics, definitions, filled
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -93,21 +93,7 @@ class Messages:
 
     def make(self, kind: str, value: Any) -> Any:
         """Make a message of a dictionary; what it leaves out is nothing, or 0."""
-        if kind == "time":
-            value = value or {"secs": 0, "nsecs": 0}
-            return self.type_of(kind)(sec=value["secs"], nanosec=value["nsecs"])
-        if kind in _PRIMITIVES:
-            return {"string": "", "bool": False}.get(kind, 0) if value is None else value
-        made = {}
-        for field in self._fields(kind):
-            item = (value or {}).get(field.name)
-            if field.length is None:
-                made[field.name] = self.make(field.kind, item)
-            elif item is None or field.kind in _PRIMITIVES:
-                made[field.name] = [0] * field.length if item is None else item
-            else:
-                made[field.name] = [self.make(field.kind, element) for element in item]
-        return self.type_of(kind)(**made)
+        return filled(self._definitions, kind, value, lambda kind, of: self.type_of(kind)(**of))
 
     def _fields(self, kind: str) -> Any:
         return [field for field in self._definitions[kind] if not field.constant]

@@ -12,7 +12,7 @@ import struct
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
 _SAME: Final = """
 ackermann_msgs/AckermannDrive: float32 steering_angle, float32 steering_angle_velocity,
@@ -121,6 +121,39 @@ def _field(package: str, text: str) -> Field:
         kind = f"{package}/{kind}"
     name, _, constant = name.partition("=")
     return Field(kind, name, int(length or 0) if bracket else None, constant)
+
+
+def filled(
+    known: Mapping[str, Sequence[Field]],
+    kind: str,
+    value: Any,
+    build: Callable[[str, dict[str, Any]], Any],
+) -> Any:
+    """Make a message of a dictionary; what it leaves out is nothing, or 0.
+
+    Args:
+        known: Definitions by type.
+        kind: Type of the message.
+        value: The dictionary, or the value of a type that is built in.
+        build: Makes a message of its type and fields; those of a time are ``sec`` and ``nanosec``.
+    """
+    if kind == "time":
+        value = value or {"secs": 0, "nsecs": 0}
+        return build(kind, {"sec": value["secs"], "nanosec": value["nsecs"]})
+    if kind not in known:
+        return {"string": "", "bool": False}.get(kind, 0) if value is None else value
+    made: dict[str, Any] = {}
+    for field in known[kind]:
+        item = (value or {}).get(field.name)
+        if field.constant:
+            continue
+        if field.length is None:
+            made[field.name] = filled(known, field.kind, item, build)
+        elif item is None or field.kind not in known:
+            made[field.name] = [0] * field.length if item is None else item
+        else:
+            made[field.name] = [filled(known, field.kind, element, build) for element in item]
+    return build(kind, made)
 
 
 def nanoseconds(time: float) -> int:

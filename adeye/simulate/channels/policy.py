@@ -320,7 +320,7 @@ class PolicyChannel:
         else:
             actions = np.full((len(runs), 2), np.nan)
             for place, run in enumerate(runs):
-                one = _row(shown, place)
+                one = row_of(shown, place)
                 try:
                     actions[place] = _actions(asked.policy(one, [run]), (2,))
                 except BaseException as error:
@@ -410,7 +410,7 @@ def _actions(answer: Any, shape: tuple[int, ...]) -> Floats:
     return actions
 
 
-def _row(shown: Any, place: int) -> Any:
+def row_of(shown: Any, place: int) -> Any:
     """Copy the observation of one run out of those of several: a view would lead to the others."""
     if isinstance(shown, dict):
         return {name: values[place].copy() for name, values in shown.items()}

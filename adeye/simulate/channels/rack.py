@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from copy import deepcopy
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from adeye.spec.clock import period_ticks, ticks
 from adeye.spec.sensors import PhysicalLidar, model_name
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Collection, Mapping, Sequence
     from pathlib import Path
 
     from adeye.signals import Observation
@@ -93,6 +93,60 @@ class ClockedChannel:
 # --- The channels of an architecture, built for a batch and called together at every tick ---------
 
 
+class Contexts:
+    """What the channels of a batch are built with."""
+
+    def __init__(self, cases: Sequence[TestCase], scene: SceneContext) -> None:
+        """Gather what several of them are told.
+
+        Args:
+            cases: Test cases of one structure.
+            scene: What does not change during the runs.
+        """
+        sensors = cases[0].architecture.sensors
+        self._cases, self._scene = cases, scene
+        self._poses, self._sheets = mounts(cases), data_sheets(cases)
+        self._kinds = {name: sensor.kind for name, sensor in sensors.items()}
+        self._models = {name: model_name(sensor) for name, sensor in sensors.items()}
+        self._desired = ego_desired_speeds(cases)
+
+    def of(self, name: str, *, shows_candidates: bool = True) -> ChannelContext:
+        """Return what a channel is built with."""
+        cases, scene = self._cases, self._scene
+        spec = cases[0].architecture.channels[name]
+        every = period_ticks(spec.rate, scene.step, f"channels.{name}.rate")
+
+        def linked(known: Mapping[str, Any]) -> dict[str, Any]:
+            return {link: known[link] for link in spec.links if link in known}
+
+        return ChannelContext(
+            channel_id=name,
+            parameters=[case.architecture.channels[name].parameters for case in cases],
+            links=spec.links,
+            sensors=linked(self._kinds),
+            mounts=linked(self._poses),
+            vehicles=[case.architecture.vehicle for case in cases],
+            road=scene.road,
+            desired_speed=self._desired,
+            step=scene.step,
+            period=every * scene.step,
+            shows_candidates=shows_candidates,
+            data_sheets=linked(self._sheets),
+            models=linked(self._models),
+        )
+
+
+class Watch(NamedTuple):
+    """Who looks on while channels decide; the trace is the same with and without."""
+
+    drawn: bool = False
+    """Whether somebody looks at what channels weighed up."""
+    witness: Witness | None = None
+    """Who takes down what a channel is shown."""
+    pace: Pace | None = None
+    """Who measures how long channels take."""
+
+
 class ChannelRack:
     """Every channel of the architecture, also those without authority."""
 
@@ -102,9 +156,8 @@ class ChannelRack:
         scene: SceneContext,
         base_dir: Path,
         *,
-        drawn: bool = False,
-        witness: Witness | None = None,
-        pace: Pace | None = None,
+        watch: Watch = Watch(),  # noqa: B008 - it holds nothing that changes
+        only: Collection[str] | None = None,
     ) -> None:
         """Build the channels of a batch.
 
@@ -112,47 +165,29 @@ class ChannelRack:
             cases: Test cases of one structure.
             scene: What does not change during the runs.
             base_dir: Folder of the file that names plug-ins.
-            drawn: Whether somebody looks at what channels weighed up.
-            witness: Who takes down what a channel is shown.
-            pace: Who measures how long channels take; None for nobody.
+            watch: Who looks on.
+            only: Which channels to build; None for all.
         """
         architecture = cases[0].architecture
-        poses = mounts(cases)
-        sheets = data_sheets(cases)
+        contexts = Contexts(cases, scene)
         self._runs = len(cases)
-        kinds = {name: sensor.kind for name, sensor in architecture.sensors.items()}
-        models = {name: model_name(sensor) for name, sensor in architecture.sensors.items()}
-        desired = ego_desired_speeds(cases)
         self._links: dict[str, tuple[str, ...]] = {}
         self._clocked: dict[str, ClockedChannel] = {}
         self._inner: dict[str, ControlChannel] = {}
         self._is_plugin: dict[str, bool] = {}
         for name, spec in architecture.channels.items():
-            every = period_ticks(spec.rate, scene.step, f"channels.{name}.rate")
+            if only is not None and name not in only:
+                continue
             delay = ticks(spec.delay, scene.step, f"channels.{name}.delay")
             inner = make_channel(spec.kind, base_dir, spec.parameters)
             self._inner[name] = inner
-            if witness is not None and witness.channel == name:
-                inner = WitnessedChannel(inner, spec.kind, witness)
-            if pace is not None:
-                inner = pace.timed(name, inner)
-            clocked = ClockedChannel(inner, every, delay)
-            context = ChannelContext(
-                channel_id=name,
-                parameters=[case.architecture.channels[name].parameters for case in cases],
-                links=spec.links,
-                sensors={link: kinds[link] for link in spec.links if link in kinds},
-                mounts={link: poses[link] for link in spec.links if link in poses},
-                vehicles=[case.architecture.vehicle for case in cases],
-                road=scene.road,
-                desired_speed=desired,
-                step=scene.step,
-                period=every * scene.step,
-                # A plug-in sees no difference, so it cannot make one.
-                shows_candidates=drawn or spec.kind not in BUILT_IN,
-                data_sheets={link: sheets[link] for link in spec.links if link in sheets},
-                models={link: models[link] for link in spec.links if link in models},
-            )
+            if watch.witness is not None and watch.witness.channel == name:
+                inner = WitnessedChannel(inner, spec.kind, watch.witness)
+            # A plug-in sees no difference, so it cannot make one.
+            context = contexts.of(name, shows_candidates=watch.drawn or spec.kind not in BUILT_IN)
+            if watch.pace is not None:
+                inner = watch.pace.timed(name, inner)
+            clocked = ClockedChannel(inner, round(context.period / context.step), delay)
             # What is not ours shares no memory with the world, nor with other channels.
             clocked.reset(deepcopy(context) if ":" in spec.kind else context)
             self._links[name] = spec.links
@@ -200,7 +235,8 @@ class ChannelRack:
         """
         found = dict(readings)
         for name, clustering in self._clusterings.items():
-            found[name] = clustering.detect(readings[name])
+            if name in readings:
+                found[name] = clustering.detect(readings[name])
         return found
 
     def act(

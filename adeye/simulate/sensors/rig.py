@@ -26,7 +26,7 @@ from adeye.spec.sensors import model_name
 from adeye.supervision import guest
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Collection, Sequence
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -82,16 +82,26 @@ or of its mount. Outages are not among it, nor is any fault."""
 class Rig:
     """Every sensor of the architecture; a second one of a kind is a second name."""
 
-    def __init__(self, cases: Sequence[TestCase], scene: SceneContext, base_dir: Path) -> None:
+    def __init__(
+        self,
+        cases: Sequence[TestCase],
+        scene: SceneContext,
+        base_dir: Path,
+        *,
+        only: Collection[str] | None = None,
+    ) -> None:
         """Build the sensors of a batch.
 
         Args:
             cases: Test cases of one structure.
             scene: What does not change during the runs.
             base_dir: Folder of the file that names plug-ins and FMUs.
+            only: Which of them to build; None for all.
         """
         self._sensors: dict[str, SensorModel] = {}
         for name, first in cases[0].architecture.sensors.items():
+            if only is not None and name not in only:
+                continue
             specs = [case.architecture.sensors[name] for case in cases]
             context = SensorContext(
                 sensor_id=name,

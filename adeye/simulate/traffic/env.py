@@ -23,10 +23,9 @@ from adeye.signals import Bools, Floats, Ints, Scene
 from adeye.simulate.traffic import make_traffic
 from adeye.spec.architecture import Architecture
 from adeye.spec.load import load_architecture, load_scenario
-from adeye.spec.odd import Attributes
 from adeye.spec.scenario import LogicalScenario
 from adeye.sweep.axes import default_values, quantity_or_text
-from adeye.sweep.case import TestCase
+from adeye.sweep.case import lone_case
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -34,6 +33,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from adeye.simulate.traffic import Traffic
+    from adeye.sweep.case import TestCase
 
 ENV_ID: Final = "adeye/Traffic-v0"
 
@@ -228,9 +228,9 @@ class TrafficVectorEnv(VectorEnv[Observation, Floats, Any]):
             self._time[group.runs] = np.where(
                 running[group.runs], group.scene.time, self._time[group.runs]
             )
-        way = self._gathered("ego_place")[:, 0] - before
-        touched = running & (self._gathered("contact") >= 0)
-        reward = np.where(running, way, 0.0) + CONTACT_REWARD * touched
+        reward = rewards(
+            running, before, self._gathered("ego_place")[:, 0], self._gathered("contact")
+        )
         self._note_ended()
         info = {"impact_speed": self._gathered("impact_speed")}
         return self._observe(), reward, self._terminated.copy(), self._truncated.copy(), info
@@ -309,27 +309,81 @@ class TrafficVectorEnv(VectorEnv[Observation, Floats, Any]):
         return [self._draw_case(first + number) for number in runs.tolist()]
 
     def _draw_case(self, sample: int) -> TestCase:
-        for attempt in range(MAX_DRAWS):
-            values = draw_parameters(self._scenario, self._seed, sample, attempt)
-            if all(bool(item.evaluate(values)) for item in self._scenario.constraints):
-                return TestCase(
-                    scenario_id=self._scenario.scenario,
-                    scenario=self._scenario,
-                    parameters=values,
-                    architecture=self._architecture,
-                    faults=(),
-                    fault_entry="none",
-                    replicate=sample,
-                    seed=self._seed,
-                    step=self._step,
-                    point=values,
-                    inside_odd=True,
-                    attributes=Attributes(),
-                )
-        raise SpecError(
-            f"none of {MAX_DRAWS} draws satisfies the constraints of {self._scenario.scenario!r}",
-            remedy="Narrow the ranges of its parameters.",
-        )
+        return draw_case(self._scenario, self._architecture, self._step, self._seed, sample)
+
+
+class TrafficEnv(gymnasium.Env[Observation, Floats]):
+    """One run of ``TrafficVectorEnv``, with the same spaces, rewards and ends."""
+
+    metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 - as its base class declares it
+    render_mode: None = None
+
+    def __init__(self, **given: Any) -> None:
+        """Prepare a run; it is told what ``TrafficVectorEnv`` is told."""
+        self._vector = TrafficVectorEnv(1, **given)
+        self.action_space = self._vector.single_action_space
+        self.observation_space = self._vector.single_observation_space
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Begin the run, see ``TrafficVectorEnv.reset``."""
+        super().reset(seed=seed)
+        seen, info = self._vector.reset(seed=seed, options=options)
+        values = {name: value[0].item() for name, value in info["parameters"].items()}
+        return self._first(seen), {"parameters": values}
+
+    def step(self, action: Floats) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """Advance the run by one tick, see ``TrafficVectorEnv.step``."""
+        command = np.asarray(action, dtype=np.float64)[np.newaxis]
+        seen, reward, terminated, truncated, info = self._vector.step(command)
+        told = {"impact_speed": float(info["impact_speed"][0])}
+        return self._first(seen), reward[0].item(), bool(terminated[0]), bool(truncated[0]), told
+
+    def _first(self, seen: Observation) -> Observation:
+        known: Any = self.observation_space
+        return {
+            name: seen[name][0] if isinstance(space, spaces.Discrete) else np.array(seen[name][0])
+            for name, space in known.spaces.items()
+        }
+
+
+def draw_case(
+    scenario: LogicalScenario, architecture: Architecture, step: float, seed: int, sample: int
+) -> TestCase:
+    """Draw a test case from the ranges of a scenario.
+
+    Args:
+        scenario: The scenario.
+        architecture: The architecture.
+        step: Master clock [s].
+        seed: Any whole number that is not negative.
+        sample: Number of the run.
+
+    Raises:
+        SpecError: No draw satisfies the scenario's constraints.
+    """
+    for attempt in range(MAX_DRAWS):
+        values = draw_parameters(scenario, seed, sample, attempt)
+        if all(bool(item.evaluate(values)) for item in scenario.constraints):
+            return lone_case(scenario, architecture, values, step=step, seed=seed, replicate=sample)
+    raise SpecError(
+        f"none of {MAX_DRAWS} draws satisfies the constraints of {scenario.scenario!r}",
+        remedy="Narrow the ranges of its parameters.",
+    )
+
+
+def rewards(running: Bools, before: Floats, after: Floats, contact: Ints) -> Floats:
+    """Return the way that each ego drove in a tick (B,) [m], plus ``CONTACT_REWARD`` at contact.
+
+    Args:
+        running: (B,) which runs had not ended before the tick.
+        before: (B,) where the egos were along the road [m].
+        after: (B,) where they are.
+        contact: (B,) object that each touches, -1 for none.
+    """
+    way: Floats = np.where(running, after - before, 0.0)
+    return way + CONTACT_REWARD * (running & (contact >= 0))
 
 
 def draw_parameters(
@@ -378,9 +432,13 @@ def _observation_space(scenario: LogicalScenario) -> spaces.Dict:
 
 
 def register() -> None:
-    """Make ``gymnasium.make_vec(ENV_ID, ...)`` find the environment; once is enough."""
+    """Make ``gymnasium.make`` and ``make_vec`` find the environment; once is enough."""
     if ENV_ID not in gymnasium.registry:
-        gymnasium.register(ENV_ID, vector_entry_point="adeye.simulate.traffic.env:TrafficVectorEnv")
+        gymnasium.register(
+            ENV_ID,
+            entry_point="adeye.simulate.traffic.env:TrafficEnv",
+            vector_entry_point="adeye.simulate.traffic.env:TrafficVectorEnv",
+        )
 
 
 register()

@@ -44,6 +44,7 @@ if TYPE_CHECKING:
 
     from adeye.simulate.world.compile import World
     from adeye.simulate.world.formulas import Situation
+    from adeye.spec.architecture import Vehicle
 
 # --- Contact between bodies, swept over each tick so that nothing passes through ------------------
 
@@ -311,21 +312,7 @@ class Ego:
         self._plants = Plants(driven, base_dir, step) if driven else None
         self._limits = np.array(
             [
-                [
-                    vehicle.wheelbase,
-                    0.5 * vehicle.wheelbase,
-                    vehicle.max_acceleration,
-                    vehicle.max_deceleration,
-                    vehicle.max_steering_angle,
-                    vehicle.max_steering_rate,
-                    vehicle.acceleration_lag,
-                    vehicle.steering_lag,
-                    friction,
-                    fade(step, vehicle.acceleration_lag),
-                    fade(0.5 * step, vehicle.acceleration_lag),
-                    fade(step, vehicle.steering_lag),
-                    fade(0.5 * step, vehicle.steering_lag),
-                ]
+                vehicle_limits(vehicle, friction, step)
                 for vehicle, friction in zip(vehicles, context.surroundings.friction, strict=True)
             ]
         )
@@ -363,6 +350,31 @@ class Ego:
         """End what moves vehicles outside of this process."""
         if self._plants is not None:
             self._plants.close()
+
+
+def vehicle_limits(vehicle: Vehicle, friction: float, step: float) -> list[float]:
+    """List what a vehicle can do (13,), see ``kernel.motion.advance_ego_fading``.
+
+    Args:
+        vehicle: The vehicle.
+        friction: Of its tyres.
+        step: From a tick to the next [s].
+    """
+    return [
+        vehicle.wheelbase,
+        0.5 * vehicle.wheelbase,
+        vehicle.max_acceleration,
+        vehicle.max_deceleration,
+        vehicle.max_steering_angle,
+        vehicle.max_steering_rate,
+        vehicle.acceleration_lag,
+        vehicle.steering_lag,
+        friction,
+        fade(step, vehicle.acceleration_lag),
+        fade(0.5 * step, vehicle.acceleration_lag),
+        fade(step, vehicle.steering_lag),
+        fade(0.5 * step, vehicle.steering_lag),
+    ]
 
 
 @compiled

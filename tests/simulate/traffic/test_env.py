@@ -7,14 +7,19 @@ import gymnasium
 import numpy as np
 import pytest
 import yaml
-from gymnasium.spaces import Discrete
 from gymnasium.utils.env_checker import check_env, data_equivalence
 from gymnasium.utils.passive_env_checker import check_action_space, check_observation_space
 from gymnasium.vector import AutoresetMode
-from gymnasium.vector.utils import batch_space, iterate
+from gymnasium.vector.utils import batch_space
 
 from adeye.errors import InputError, SpecError, UsageError
-from adeye.simulate.traffic.env import CONTACT_REWARD, ENV_ID, TrafficVectorEnv, draw_parameters
+from adeye.simulate.traffic.env import (
+    CONTACT_REWARD,
+    ENV_ID,
+    TrafficEnv,
+    TrafficVectorEnv,
+    draw_parameters,
+)
 from adeye.spec.scenario import LogicalScenario
 from tests.motorway import make_case, make_scenario
 from tests.refusals import refused
@@ -257,41 +262,28 @@ def test_wrappers_of_gymnasium_reset_by_the_mask_as_with_its_own_vectors(
     assert episodes >= 8
 
 
-class Single(gymnasium.Env[Any, Any]):
-    """One run of the environment, for checks that know single ones only."""
-
-    metadata = {"render_modes": []}  # noqa: RUF012 - as its base class declares it
-
-    def __init__(self, vector: TrafficVectorEnv) -> None:
-        self.vector = vector
-        self.action_space = vector.single_action_space
-        self.observation_space = vector.single_observation_space
-
-    def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Any, dict[str, Any]]:
-        super().reset(seed=seed)
-        observation, _ = self.vector.reset(seed=seed, options=options)
-        return self.only(observation), {}
-
-    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
-        seen, reward, terminated, truncated, _ = self.vector.step(np.asarray(action)[np.newaxis])
-        return self.only(seen), float(reward[0]), bool(terminated[0]), bool(truncated[0]), {}
-
-    def only(self, observation: Any) -> Any:
-        spaces: Any = self.observation_space
-        (single,) = iterate(self.vector.observation_space, observation)
-        return {
-            name: np.int64(value) if isinstance(space, Discrete) else np.asarray(value)
-            for (name, space), value in zip(spaces.spaces.items(), single.values(), strict=True)
-        }
-
-
 # Speeds and angles have units, and places no ends.
 @pytest.mark.filterwarnings("ignore:.*(symmetric and normalized|infinity)")
-def test_a_run_of_it_passes_the_checks_of_single_environments(scenario: LogicalScenario) -> None:
-    vector = TrafficVectorEnv(1, scenario=scenario, architecture=make_case(scenario).architecture)
-    check_env(Single(vector), skip_render_check=True)
+def test_single_form_passes_the_checks_of_gymnasium(scenario: LogicalScenario) -> None:
+    given: Any = {"scenario": scenario, "architecture": make_case(scenario).architecture}
+    single = gymnasium.make(f"adeye.simulate.traffic.env:{ENV_ID}", **given)
+    assert isinstance(single.unwrapped, TrafficEnv)
+    check_env(single.unwrapped)
+
+
+def test_single_form_is_one_run_of_the_vector(scenario: LogicalScenario) -> None:
+    given: Any = {"scenario": scenario, "architecture": make_case(scenario).architecture}
+    single, vector = TrafficEnv(**given), TrafficVectorEnv(1, **given)
+    one, told = single.reset(seed=3)
+    every, info = vector.reset(seed=3)
+    assert told["parameters"] == {name: v[0] for name, v in info["parameters"].items()}
+    ended = False
+    while not ended:
+        assert all(np.array_equal(one[name], rows[0]) for name, rows in every.items())
+        one, reward, terminated, truncated, _ = single.step(np.array([0.5, 0.0]))
+        every, rewards, *ends, _ = vector.step(np.array([[0.5, 0.0]]))
+        assert (reward, terminated, truncated) == (rewards[0], ends[0][0], ends[1][0])
+        ended = terminated or truncated
 
 
 def test_wrong_use_is_an_error_that_says_what_to_do(env: TrafficVectorEnv) -> None:
