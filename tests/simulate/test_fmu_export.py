@@ -369,7 +369,7 @@ def test_parts_side_by_side_are_the_closed_loop(imported: Any) -> None:
     begin = dict(zip(signals.EGO_COLUMNS[:4], trace["ego"][0, 0].tolist(), strict=False))
     car = imported("plant", "", case, **{f"start.{name}": v for name, v in begin.items()})
     friction = float(trace.layout.context.surroundings.friction[0])
-    ego, commands, decided = car.outputs(), {}, {}
+    ego, commands, decided = car.outputs(), dict[str, Any](), dict[str, Any]()
     for tick in range(200):
         require_same(ego, dict(zip(signals.EGO_COLUMNS, trace["ego"][0, tick], strict=True)), tick)
         scene = {f"ego.{name}": value for name, value in ego.items()}

@@ -54,9 +54,10 @@ class Bench:
                 self.connections += 1
                 with connection:
                     command = [sys.executable, "-I", "-S", "-B", str(zoo.PROGRAM)]
-                    ends = {"stdin": connection.fileno(), "stdout": connection.fileno()}
-                    err = subprocess.DEVNULL
-                    self._programs.append(subprocess.Popen(command, stderr=err, **ends))
+                    end = connection.fileno()
+                    self._programs.append(
+                        subprocess.Popen(command, stdin=end, stdout=end, stderr=subprocess.DEVNULL)
+                    )
 
     @property
     def ended(self) -> bool:
