@@ -15,6 +15,7 @@ import subprocess
 import sys
 import threading
 import time
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
@@ -29,6 +30,10 @@ WATCH_S: Final = 0.05
 SETTLED_S: Final = 0.2
 """How long the number of connections must have stayed the same before the first tick [s]: a node
 connects one after the other."""
+AGAIN_S: Final = 0.5
+"""How long the first tick is waited for until it is told again [s], then twice as long: that the
+ends of a middleware know each other is seen from one end only, and what the other sends before it
+knows of this one is lost."""
 ENDING_S: Final = 1.0
 """How long a node that has closed its connections has to end before it is told of these [s]."""
 TAIL: Final = 2048
@@ -137,10 +142,13 @@ def serve(peer: Peer, argv: Sequence[str], lines: Any, answer: Callable[[Any], N
             node.require()
             content = peer.receive(WATCH_S)
         answer(content)
+        is_known = False
         for line in lines:
             shown = json.loads(line)
             peer.publish(line, shown)
-            answer(_answer(peer, node, shown["tick"]))
+            again = None if is_known else partial(peer.publish, line, shown)
+            answer(_answer(peer, node, shown["tick"], again))
+            is_known = True
     finally:
         node.kill()
 
@@ -158,12 +166,16 @@ def _settle(peer: Peer, node: Node) -> None:
         time.sleep(0.005)
 
 
-def _answer(peer: Peer, node: Node, tick: int) -> Any:
+def _answer(peer: Peer, node: Node, tick: int, again: Callable[[], None] | None) -> Any:
     """Return the first answer that is not of an earlier tick, late or told twice."""
+    patience, asked = AGAIN_S, time.monotonic()
     while True:
         content = peer.receive(WATCH_S)
         if content is None:
             node.require()
+            if again is not None and time.monotonic() >= asked + patience:
+                again()
+                patience, asked = 2 * patience, time.monotonic()
             if not peer.links():
                 node.require(ENDING_S)
                 msg = "its node has closed its connections"

@@ -1,7 +1,9 @@
 """Channels over a middleware: real nodes in processes of their own, honest ones and others."""
 
+import io
 import os
 import sys
+import time
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
@@ -15,7 +17,7 @@ import pytest
 from adeye.campaign.run import fitting
 from adeye.errors import InputError
 from adeye.signals import SILENT, ControlCommand, Observation
-from adeye.simulate.bridges import middleware, ros_messages
+from adeye.simulate.bridges import bridge_program, middleware, ros_messages
 from adeye.simulate.channels.factory import make_channel
 from adeye.simulate.channels.process.channel import MOST_PROGRAMS
 from adeye.spec.channels import RosParameters, Topic
@@ -159,6 +161,68 @@ def test_middleware_that_is_missing_is_named(monkeypatch: pytest.MonkeyPatch) ->
         caught = refused(InputError, middleware.require, kind, says=f"kind {kind} needs ")
         assert "install" in caught.remedy
     middleware.require("process")
+
+
+# --- What the first tick may lose ---------------------------------------------------------------
+
+
+class Alive:
+    """A node that is there."""
+
+    def __init__(self, *given: Any) -> None:
+        del given
+
+    def require(self, patience: float = 0.0) -> None:
+        del patience
+
+    def kill(self) -> None:
+        pass
+
+
+class Forgetful:
+    """A middleware that loses the first messages, with a node that answers what reaches it."""
+
+    def __init__(self, lost: int) -> None:
+        self.lost = lost
+        self.told: list[int] = []
+        self._answers: list[Any] = []
+
+    def open(self, hello: dict[str, Any]) -> dict[str, str]:
+        del hello
+        return {}
+
+    def links(self) -> int:
+        return 2
+
+    def greet(self, line: bytes) -> Any:
+        return {"hello": line.decode()}
+
+    def publish(self, line: bytes, shown: dict[str, Any]) -> None:
+        del line
+        self.told.append(shown["tick"])
+        if len(self.told) > self.lost:
+            self._answers.append({"tick": shown["tick"]})
+
+    def receive(self, patience: float) -> Any:
+        if self._answers:
+            return self._answers.pop(0)
+        time.sleep(patience)
+        return None
+
+
+@pytest.mark.parametrize("lost", [0, 2])
+def test_only_the_first_tick_is_told_again(
+    lost: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name, value in {"WATCH_S": 0.001, "SETTLED_S": 0.0, "AGAIN_S": 0.01}.items():
+        monkeypatch.setattr(bridge_program, name, value)
+    monkeypatch.setattr(bridge_program, "Node", Alive)
+    peer, answers = Forgetful(lost), list[Any]()
+    ticks = b"".join(b'{"tick": %d}\n' % tick for tick in range(3))
+    bridge_program.serve(peer, ["node"], io.BytesIO(b"{}\n" + ticks), answers.append)
+    assert peer.told == [0] * (lost + 1) + [1, 2]
+    assert answers[1:] == [{"tick": 0}, {"tick": 1}, {"tick": 2}]
 
 
 # --- Nodes that misbehave -------------------------------------------------------------------------
@@ -315,7 +379,7 @@ def drive(project: Project, repetitions: int) -> dict[str, Any]:
         project.run(db=f"{repetition}.db")
         found.append(project.rows(db=f"{repetition}.db"))
     seen = {str([(row["trace_digest"], row["verdicts"]) for row in rows]) for rows in found}
-    assert len(seen) == 1
+    assert len(seen) == 1, [[row["outcome_detail"] for row in rows] for rows in found]
     (row,) = found[0]
     return row
 
