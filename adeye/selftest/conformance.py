@@ -42,6 +42,9 @@ LONG: Final = 2_000
 """How many the long run has."""
 PAUSE_S: Final = 1.0
 """How long nobody asks, in the middle of a run [s]."""
+LINGERING: Final = 10
+LINGER_S: Final = 0.02
+"""Before so many questions that much time is left [s], for what would come before its question."""
 ENDING_S: Final = 2.0
 """How long it may take to end after the end of its input [s]."""
 SPEEDS: Final = (20.0, 25.0, 30.0)
@@ -63,7 +66,8 @@ CASES: Final[Mapping[str, str]] = {
     "many_objects": "It goes on when every sensor reports as many objects as it can.",
     "dead_sensors": "It goes on while sensors die one by one, and linked channels are silent.",
     "long": f"It goes on for {LONG:,} observations.",
-    "ends": f"It ends by itself within {ENDING_S:g} s after its input, and leaves no process.",
+    "ends": f"It ends by itself within {ENDING_S:g} s after its input, with code 0, and leaves"
+    " nothing.",
 }
 """What is asked of a channel, by the id of the case."""
 
@@ -385,6 +389,7 @@ def _play(
     observations: Iterator[Observation] | Sequence[Observation],
     *,
     pause_at: int = -1,
+    lingers: bool = False,
     ends: bool = False,
 ) -> _Played:
     """Show a channel observations until it fails."""
@@ -400,6 +405,8 @@ def _play(
                 break
             if number == pause_at:
                 time.sleep(PAUSE_S)
+            if lingers and number < LINGERING:
+                time.sleep(LINGER_S)
             command = channel.act(_copied(item)).copy()
             event = _first(channel)
             if event is None:
@@ -426,7 +433,7 @@ def _cases(subject: Subject) -> Iterator[Case]:
     """Try one case after the other; what never answers is not asked again."""
     script = _record(subject, SPEEDS)
     context = script.context
-    first = _play(subject, context, script.observations)
+    first = _play(subject, context, script.observations, lingers=True)
     is_nonsense = first.event is not None and first.event.outcome == "channel_invalid_output"
     told = {"begins": "" if first.began else first.reason}
     if first.began:
@@ -448,7 +455,7 @@ def _cases(subject: Subject) -> Iterator[Case]:
         "no_object": lambda: _goes_on(subject, script.changed(_empty)),
         "many_objects": lambda: _goes_on(subject, script.changed(_full)),
         "dead_sensors": lambda: _goes_on(subject, _dying(script)),
-        "long": lambda: _play(subject, context, script.prolonged(LONG)).reason,
+        "long": lambda: _goes_on(subject, script, script.prolonged(LONG)),
         "ends": lambda: _play(subject, context, script.observations, ends=True).left,
     }
     for name in rest:
@@ -459,8 +466,10 @@ def _cases(subject: Subject) -> Iterator[Case]:
         yield Case(name, CASES[name], not reason, reason)
 
 
-def _goes_on(subject: Subject, script: _Script) -> str:
-    played = _play(subject, script.context, script.observations)
+def _goes_on(
+    subject: Subject, script: _Script, observations: Iterator[Observation] | None = None
+) -> str:
+    played = _play(subject, script.context, observations or script.observations)
     return played.reason or _beyond(script.context, played.commands)
 
 

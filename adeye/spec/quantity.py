@@ -42,6 +42,7 @@ TARGET: Final = (
 PLUGIN: Final = r"^.+:[A-Za-z_][A-Za-z0-9_]*$"
 FMU: Final = r"^\./.+\.fmu$"
 CHOICE: Final = r"^(all|first [1-9][0-9]{0,6}|sample [1-9][0-9]{0,6} seed [0-9]{1,9})$"
+LINE: Final = r"^[^\p{C}\p{Zl}\p{Zp}]*[\p{L}\p{N}][^\p{C}\p{Zl}\p{Zp}]*$"
 _DATE: Final = r"[0-9]{4}-[0-9]{2}-[0-9]{2}"
 PATTERNS: Final = {
     IDENTIFIER: "must be lower case letters, digits and underscores after a letter",
@@ -51,6 +52,7 @@ PATTERNS: Final = {
         "actuators.<drive, brake or steering>, tyres or switch"
     ),
     PLUGIN: "must be module:Class or ./file.py:Class",
+    LINE: "must be one line with a letter or a digit in it",
     FMU: "must be ./file.fmu, a path relative to this file",
     CHOICE: "must be all, first N or sample N seed K, of the places of a map",
 }

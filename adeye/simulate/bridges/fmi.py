@@ -302,6 +302,23 @@ def require_steppable(description: Description, name: str) -> None:
         )
 
 
+def takes(kind: str, value: Any) -> bool:
+    """Return whether variables of a type take a value as it is, without rounding or wrapping.
+
+    >>> takes("Int8", 127), takes("Int8", 128), takes("Int64", 2.7), takes("Float64", math.nan)
+    (True, False, False, False)
+    """
+    if kind not in NUMBERS:
+        return kind == "String" and isinstance(value, str)
+    if not isinstance(value, int | float) or not math.isfinite(value):
+        return False
+    if kind in FLOATS or isinstance(value, bool) or kind == "Boolean":
+        return isinstance(value, bool) is (kind == "Boolean")
+    bits = int(kind.rpartition("Int")[2]) if kind[-1].isdigit() else 32
+    low, high = (0, 2**bits) if kind.startswith("U") else (-(2 ** (bits - 1)), 2 ** (bits - 1))
+    return value == int(value) and low <= value < high
+
+
 def require_start(description: Description, start: Mapping[str, Any]) -> None:
     """Refuse start values that the FMU does not take.
 
@@ -315,13 +332,10 @@ def require_start(description: Description, start: Mapping[str, Any]) -> None:
                 f"the FMU has no variable {shown(name)}",
                 remedy=suggest(name, description.variables),
             )
-        is_number = isinstance(value, int | float)
-        is_text = isinstance(value, str)
-        fits = is_number if variable.kind in NUMBERS else is_text and variable.kind == "String"
-        if not fits or not variable.is_scalar:
+        if not takes(variable.kind, value) or not variable.is_scalar:
             raise SpecError(
                 f"start value {shown(value)} is none of {variable.kind} {shown(name)}",
-                remedy="Numbers, true, false, and text for String.",
+                remedy="Numbers that the type holds, true, false, and text for String.",
             )
         if variable.variability == "constant" or variable.causality == "independent":
             raise SpecError(

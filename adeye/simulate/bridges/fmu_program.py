@@ -41,6 +41,7 @@ class Instance:
 
         self._version: str = description.fmiVersion
         self._variables = {item.name: item for item in description.modelVariables}
+        self._orders: dict[tuple[str, ...], list[tuple[str, list[int], list[int]]]] = {}
         self._fmu: Any = instantiate_fmu(folder, description, fmi_type="CoSimulation")
 
     def begin(self, start: dict[str, Any], time: float, stop: float | None = None) -> None:
@@ -71,14 +72,30 @@ class Instance:
 
     def set(self, names: Sequence[str], values: Sequence[Any]) -> None:
         """Set variables; a number becomes what the variable's type is."""
-        for name, value in zip(names, values, strict=True):
-            variable = self._variables[name]
-            setter = getattr(self._fmu, f"set{self._accessor(variable.type)}")
-            setter([variable.valueReference], [_typed(variable.type, value)])
+        for kind, at, references in self._by_type(tuple(names)):
+            setter = getattr(self._fmu, f"set{self._accessor(kind)}")
+            setter(references, [_typed(kind, values[place]) for place in at])
 
     def get(self, names: Sequence[str]) -> list[Any]:
         """Read variables of one value each."""
-        return [self._plain(self._variables[name]) for name in names]
+        found: list[Any] = [None] * len(names)
+        for kind, at, references in self._by_type(tuple(names)):
+            values = getattr(self._fmu, f"get{self._accessor(kind)}")(references)
+            for place, value in zip(at, values, strict=True):
+                found[place] = _plain(kind, value)
+        return found
+
+    def _by_type(self, names: tuple[str, ...]) -> list[tuple[str, list[int], list[int]]]:
+        """Return the types of some variables, with their places among them and references."""
+        if names not in self._orders:
+            groups: dict[str, tuple[list[int], list[int]]] = {}
+            for place, name in enumerate(names):
+                variable = self._variables[name]
+                at, references = groups.setdefault(variable.type, ([], []))
+                at.append(place)
+                references.append(variable.valueReference)
+            self._orders[names] = [(kind, *group) for kind, group in groups.items()]
+        return self._orders[names]
 
     def step(self, time: float, size: float) -> None:
         """Do one step.
@@ -104,15 +121,6 @@ class Instance:
     def _accessor(self, kind: str) -> str:
         return ACCESSORS.get(kind, {}).get(self._version, kind)
 
-    def _plain(self, variable: Any) -> Any:
-        getter = getattr(self._fmu, f"get{self._accessor(variable.type)}")
-        value = getter([variable.valueReference])[0]
-        if isinstance(value, bytes):
-            return value.hex() if variable.type == "Binary" else value.decode("utf-8", "replace")
-        if variable.type == "Boolean":
-            return bool(value)
-        return value
-
 
 def _typed(kind: str, value: Any) -> Any:
     """Turn a number into what variables of a type take; other values stay as they are."""
@@ -123,6 +131,12 @@ def _typed(kind: str, value: Any) -> Any:
     if kind in {"String", "Binary"}:
         return value
     return round(value)
+
+
+def _plain(kind: str, value: Any) -> Any:
+    if isinstance(value, bytes):
+        return value.hex() if kind == "Binary" else value.decode("utf-8", "replace")
+    return bool(value) if kind == "Boolean" else value
 
 
 def open_fmu(file: str, folder: str) -> Instance:
@@ -155,6 +169,11 @@ def drive(hello: dict[str, Any], lines: Any, answer: Any) -> None:
         answer({"tick": asked["tick"], "values": instance.get(outputs)})
 
 
+def prepare() -> None:
+    """Import what it needs, see ``warden``."""
+    import fmpy.simulation  # noqa: F401 - a fork of the warden has it
+
+
 def main() -> None:
     """Drive the FMU that the first line names; what it prints goes to standard error."""
     out = os.fdopen(os.dup(1), "wb", buffering=0)
@@ -169,7 +188,3 @@ def main() -> None:
         drive(hello, lines, answer)
     except Exception as error:  # noqa: BLE001 - its last line of standard error is what is told
         sys.exit(" ".join(f"{type(error).__name__}: {error}".split()))
-
-
-if __name__ == "__main__":
-    main()

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import json
 import math
-import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from adeye.plugins import locate_file
 from adeye.simulate.bridges import fmi, fmu_program
@@ -17,9 +16,6 @@ if TYPE_CHECKING:
 
     from adeye.spec.programs import FmuUse
     from adeye.units import Dimension
-
-PROGRAM: Final = (sys.executable, "-I", "-B", fmu_program.__file__)
-"""What is started for each run."""
 
 
 class Wired(NamedTuple):
@@ -107,13 +103,13 @@ class Fmus:
         self._uses = uses
         self._wired = wired
         self.ticks = [0] * len(uses)
-        self._children = Children()
+        self._children = Children(fmu_program.__file__)
         self._starts = [
             {**use.start, **more}
             for use, more in zip(uses, starts or [{}] * len(uses), strict=True)
         ]
         for run, use in enumerate(uses):
-            self._children.start(run, PROGRAM, ceilings_of(use), use.run_deadline)
+            self._children.start(run, (), ceilings_of(use), use.run_deadline)
 
     def greet(self) -> dict[int, Broken]:
         """Tell every program which FMU it drives; return those that do not."""
@@ -165,7 +161,13 @@ class Fmus:
                 "before": step.is_before,
             }
             lines[run] = _line(content)
-        deadlines = {run: self._uses[run].step_deadline for run in lines}
+        deadlines = {
+            run: use.step_deadline
+            if self.ticks[run]
+            else max(use.start_deadline, use.step_deadline)  # it initialises itself
+            for run in lines
+            for use in [self._uses[run]]
+        }
         found: dict[int, list[Any] | Broken] = {}
         for run, answer in self._children.ask(lines, deadlines).items():
             found[run] = answer if isinstance(answer, Broken) else self._values(run, answer)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from adeye.errors import InputError, SpecError, UsageError
@@ -169,12 +170,10 @@ def _value(kind: str, text: str, path: Path, line: int) -> Any:
         return text == "true"
     if kind in fmi.FLOATS:
         return _number(text, path, line)
-    try:
-        return int(text)
-    except ValueError:
-        raise InputError(
-            f"{path}:{line}: {shown(text)} is no {kind}", remedy="Write a whole number."
-        ) from None
+    with suppress(ValueError):
+        if fmi.takes(kind, value := int(text)):
+            return value
+    raise InputError(f"{path}:{line}: {shown(text)} is no {kind}", remedy="Write a whole number.")
 
 
 def _rows(

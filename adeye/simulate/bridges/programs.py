@@ -41,6 +41,8 @@ ERROR_TAIL: Final = 2_048
 and dropped."""
 _CHUNK: Final = 65_536
 _WARDEN: Final = Path(__file__).with_name("warden.py")
+_SINGLE: Final = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+"""A warden that reads a program has no threads, for it forks."""
 _CLOSING_S: Final = 3.0
 _STRAYING_S: Final = 0.2
 
@@ -88,6 +90,7 @@ class _Child:
         self.fds = pipes
         self.stdin, self.stdout, *stderr = pipes
         self.stderr = stderr[0] if stderr else None
+        self.was_asked = False
         self.unsent = b""
         self.heard = b""
         self.complaint = b""
@@ -117,8 +120,12 @@ class Children:
         strays: Processes that programs have left behind in sessions of their own up to now.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, prepared: str = "") -> None:
         """Start their warden.
+
+        Args:
+            prepared: Path of a program of adeye's own that the warden reads once, see there; it is
+                what is started without a path.
 
         Raises:
             PlatformError: There is no such thing here, or no room for it.
@@ -129,13 +136,16 @@ class Children:
             self._control, other = socket.socketpair()
             with other:
                 warden = subprocess.Popen(  # noqa: S603 - our own program
-                    [sys.executable, "-I", "-S", "-B", str(_WARDEN), str(other.fileno())],
+                    [
+                        *(sys.executable, "-I", *([] if prepared else ["-S"]), "-B"),
+                        *(str(_WARDEN), str(other.fileno()), *([prepared] if prepared else [])),
+                    ],
                     pass_fds=(other.fileno(),),
                     stdin=subprocess.DEVNULL,
                     stdout=subprocess.DEVNULL,
                     stderr=subprocess.DEVNULL,
                     start_new_session=True,
-                    env={name: os.environ[name] for name in ("TMPDIR",) if name in os.environ},
+                    env=_SINGLE | {k: v for k, v in os.environ.items() if k == "TMPDIR"},
                 )
             self._selector = selectors.DefaultSelector()
         except OSError as error:
@@ -228,21 +238,25 @@ class Children:
             patience: How long each may take [s], as far as that of its whole run is not used up.
 
         Returns:
-            Line without its line feed, or why there is none; in the order of the numbers.
+            Line without its line feed, or why there is none; in the order of the numbers. What was
+            written before it was asked for answers nothing.
 
         Raises:
             PlatformError: The warden has died.
         """
         begin = time.monotonic()
         answers: dict[int, bytes | Broken] = {}
-        waiting = {number: self._children[number] for number in lines}
-        until = {number: min(patience[number], child.patience) for number, child in waiting.items()}
-        for number, child in waiting.items():
-            child.unsent += lines[number]
+        waiting: dict[int, _Child] = {}
+        for number, line in lines.items():
+            child = self._children[number]
+            if self._has_spoken(child):
+                answers[number] = Broken(INVALID_OUTPUT, _UNASKED)
+                continue
+            waiting[number] = child
+            child.unsent += line
             self._send(child)
-            if child.is_paused:
-                child.is_paused = False
-                self._selector.register(child.stdout, selectors.EVENT_READ, child)
+            self._resume(child)
+        until = {number: min(patience[number], child.patience) for number, child in waiting.items()}
         touched = list(waiting.values())
         while True:
             passed = time.monotonic() - begin
@@ -267,17 +281,17 @@ class Children:
             patience: How long they may take [s].
 
         Returns:
-            Of those that did not end by themselves, or crashed, what they did.
+            Of those that did not end by themselves, said something, or failed, what they did.
         """
         for child in self._children.values():
             _end_input(child)
-            if child.is_paused:
-                child.is_paused = False
-                self._selector.register(child.stdout, selectors.EVENT_READ, child)
+            self._resume(child)
+        speakers = set()
         until = time.monotonic() + patience
         open_ones = dict(self._children)
         while open_ones and (left := until - time.monotonic()) > 0.0:
             for child in self._wait(left, open_ones):
+                speakers |= {child.number} if child.heard else set()
                 child.heard = b""
                 if child.code is not None or (child.is_remote and child.is_closed):
                     open_ones.pop(child.number, None)
@@ -287,8 +301,11 @@ class Children:
             self._wait(left, {})
         found = dict.fromkeys(open_ones, f"goes on for {patience:g} s after the end of its input")
         for number, child in self._children.items():
-            if child.code is not None and child.code < 0:
-                found[number] = f"ended by {_signal_name(-child.code)} at the end of its input"
+            if not child.is_closed:
+                self._read(child)
+            is_wrong = bool(child.code) or bool(child.heard) or number in speakers
+            if is_wrong:
+                found.setdefault(number, f"{_how(child)} at the end of its input")
         return found
 
     def end(self, number: int) -> None:
@@ -307,6 +324,21 @@ class Children:
     def close(self) -> None:
         """End every program and the warden, and wait for it."""
         self._end()
+
+    def _has_spoken(self, child: _Child) -> bool:
+        """Return whether it has written something that it was not asked for since its answer."""
+        if not child.was_asked:  # many a program greets by itself
+            child.was_asked = True
+            return False
+        if not child.is_closed:
+            self._read(child)
+        return bool(child.heard)
+
+    def _resume(self, child: _Child) -> None:
+        """Listen again to one whose turn it was not."""
+        if child.is_paused:
+            child.is_paused = False
+            self._selector.register(child.stdout, selectors.EVENT_READ, child)
 
     def _send(self, child: _Child) -> None:
         try:
@@ -405,6 +437,7 @@ class Children:
         return _ended(child)
 
 
+_UNASKED: Final = "it wrote more before it was asked"
 _LOST: Final = "the process that watches over the programs of channels has died"
 
 
@@ -434,6 +467,14 @@ def _ended(child: _Child) -> Broken:
     if code == 0 and child.heard:
         return Broken(INVALID_OUTPUT, "a part of a line, then it ended")
     return Broken(ERROR, f"ended with code {code} without an answer{said}")
+
+
+def _how(child: _Child) -> str:
+    if not child.code:
+        return "wrote more"
+    if child.code > 0:
+        return f"ended with code {child.code}"
+    return f"ended by {_signal_name(-child.code)}"
 
 
 def _signal_name(number: int) -> str:

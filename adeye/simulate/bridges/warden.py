@@ -5,6 +5,9 @@ so that it may fork; programs and whatever they start are its descendants, also 
 their session; and when the other end of its control socket closes, however that came about, it
 kills them all and ends.
 
+A Python program of adeye's own may be read once by the warden, by ``prepare``, and be a fork of it
+from then on: what it imports is there already, and each fork is still a process for itself.
+
 One message is one line of JSON. It is told ``{"start": id, "argv", "environment", "limits"}`` with
 the three descriptors that become standard input, output and error, and ``{"end": id}``; it says
 ``{"ended": id, "code": exit code or minus the signal, "why": ""}``, and ``{"stray": process}`` of
@@ -24,7 +27,9 @@ import socket
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from contextlib import suppress
+from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from typing import Any
 
@@ -84,13 +89,15 @@ class _Program:
 class Warden:
     """Serves one control socket until it closes."""
 
-    def __init__(self, control: socket.socket) -> None:
+    def __init__(self, control: socket.socket, run: Callable[[], None] | None) -> None:
         """Prepare.
 
         Args:
             control: Its end of the socket.
+            run: What programs are that are told to begin without a path.
         """
         self._control = control
+        self._run = run
         self._folder = Path(tempfile.mkdtemp(prefix="adeye-"))
         self._programs: dict[int, _Program] = {}
         self._fds: list[int] = []
@@ -143,7 +150,7 @@ class Warden:
         folder.mkdir(mode=0o700)
         pid = os.fork()
         if pid == 0:
-            _become(message, str(folder), fds)
+            _become(message, str(folder), fds, self._run)
         for fd in fds:
             os.close(fd)
         self._programs[pid] = _Program(message["start"], message["limits"]["processes"])
@@ -235,7 +242,9 @@ def _kill_all(pid: int) -> None:
             os.kill(below, signal.SIGKILL)
 
 
-def _become(message: dict[str, Any], folder: str, fds: list[int]) -> None:
+def _become(
+    message: dict[str, Any], folder: str, fds: list[int], run: Callable[[], None] | None
+) -> None:
     """Turn this forked process into the program; it never returns."""
     try:
         os.setsid()
@@ -260,10 +269,31 @@ def _become(message: dict[str, Any], folder: str, fds: list[int]) -> None:
             _limit(kind, value)
         os.closerange(3, max(4096, *fds) + 1)
         environment = {**message["environment"], "HOME": folder, "TMPDIR": folder}
-        os.execve(message["argv"][0], message["argv"], environment)  # noqa: S606 - no shell
+        if message["argv"]:
+            os.execve(message["argv"][0], message["argv"], environment)  # noqa: S606 - no shell
+        os.environ.clear()
+        os.environ.update(environment)
+        tempfile.tempdir = None
+        _be_run(run)
     except BaseException as error:  # noqa: BLE001 - said on its standard error, as a program would
         os.write(2, f"cannot be started: {error}\n".encode())
     os._exit(127)
+
+
+def _be_run(run: Callable[[], None] | None) -> None:
+    """Run what was prepared as a program that Python has started, and end as that would."""
+    code = 1
+    try:
+        assert run is not None
+        run()
+        code = 0
+    except SystemExit as error:
+        code = error.code if isinstance(error.code, int) else 1
+        if code and not isinstance(error.code, int):
+            os.write(2, f"{error.code}\n".encode(errors="replace"))
+    except BaseException as error:  # noqa: BLE001 - its last line is what is told
+        os.write(2, f"{type(error).__name__}: {error}\n".encode(errors="replace"))
+    os._exit(code)
 
 
 def _limit(kind: int, value: int) -> None:
@@ -279,7 +309,19 @@ def main(arguments: list[str]) -> None:
     """Serve the control socket whose descriptor is named."""
     _prctl(_SET_CHILD_SUBREAPER, 1)
     with socket.socket(fileno=int(arguments[1])) as control:
-        Warden(control).serve()
+        Warden(control, _prepared(Path(arguments[2])) if arguments[2:] else None).serve()
+
+
+def _prepared(path: Path) -> Callable[[], None]:
+    """Read a program, let it import what it needs, and return what it does."""
+    spec = spec_from_file_location(path.stem, path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    module.prepare()
+    run: Callable[[], None] = module.main
+    return run
 
 
 if __name__ == "__main__":

@@ -20,7 +20,8 @@ from adeye.kernel.strips import middle_of_lane
 from adeye.plugins import locate_file
 from adeye.signals import Floats, Ints, Scene
 from adeye.simulate.bridges.fmus import Fmus, Step, Wired, wire_each, wire_fmu
-from adeye.simulate.bridges.programs import Broken
+from adeye.simulate.bridges.programs import INVALID_OUTPUT, Broken
+from adeye.simulate.traffic.plant import MOST_FASTER
 from adeye.spec.programs import DRIVER_SIGNALS, NEAREST, OBJECT_SIGNALS
 from adeye.units import Dimension, shown
 
@@ -40,6 +41,13 @@ NO_LEAD: Final = 1000.0
 
 MARGIN: Final = 0.2
 """How much nearer than touching its side another one must come to be in the path [m]."""
+
+MOST_SPEED: Final = 150.0
+"""Largest speed that an actor is driven at, and largest speed aside that may be said [m/s]: what no
+road vehicle reaches. Our choice."""
+
+MOST_ASIDE: Final = 50.0
+"""How far from where it began an actor may be driven across the road [m]. Our choice."""
 
 OWN: Final = 1
 LEAD: Final = 7
@@ -109,6 +117,7 @@ class Drivers:
         self._columns = {name: column for column, name in enumerate(DRIVER_SIGNALS)}
         self._scratch = np.zeros((things, 2)), np.zeros(things, dtype=np.int64)
         self._wired: list[Wired] = []
+        self._began: list[float] = []
         self._fmus: Fmus | None = None
 
     def move(self, scene: Scene, grounds: Grounds, objects: Floats) -> None:
@@ -123,7 +132,7 @@ class Drivers:
             SpecError: There is no such FMU, or its variables do not fit.
             PluginError: An FMU failed: nobody drives the actor then.
         """
-        fmus = self._fmus or self._start()
+        fmus = self._fmus or self._start(scene)
         step = self._world.context.step
         asked: dict[int, Step] = {}
         for at, (run, _) in enumerate(self._driven):
@@ -139,6 +148,7 @@ class Drivers:
             run, actor = self._driven[at]
             said = dict(zip((w.signal for w in self._wired[at].outputs), found, strict=True))
             command = said["acceleration"], said.get("lateral_speed", 0.0)
+            self._require_possible(at, scene, *command)
             _drive(self._around(scene), grounds, (run, actor), command, step, objects)
 
     def close(self) -> None:
@@ -147,7 +157,8 @@ class Drivers:
             self._fmus.close()
             self._fmus = None
 
-    def _start(self) -> Fmus:
+    def _start(self, scene: Scene) -> Fmus:
+        self._began = [float(scene.object_places[at][signals.PLACE_D]) for at in self._driven]
         self._wired = wire_each(self._drivers, lambda item: wire_driver(item, self._base_dir))
         self._fmus = Fmus(self._drivers, self._wired)
         for at, broken in self._fmus.greet().items():
@@ -173,6 +184,22 @@ class Drivers:
             scene.object_places,
             context.object_sizes,
         )
+
+    def _require_possible(self, at: int, scene: Scene, acceleration: float, aside: float) -> None:
+        """Refuse a command that no driver gives, and one that has left the road behind."""
+        run, actor = self._driven[at]
+        speed = scene.objects[run, actor, signals.OBJECT_SPEED]
+        away = scene.object_places[run, actor, signals.PLACE_D] - self._began[at]
+        found = (
+            ("its acceleration is", acceleration, MOST_FASTER, "m/s²"),
+            ("its speed aside is", aside, MOST_SPEED, "m/s"),
+            ("its speed is", speed, MOST_SPEED, "m/s"),
+            ("across the road it is off its start by", away, MOST_ASIDE, "m"),
+        )
+        for what, value, most, unit in found:
+            if not abs(value) <= most:
+                said = f"{what} {value:.3g} {unit}, at most {most:g} is taken"
+                self._fail(at, Broken(INVALID_OUTPUT, said), scene.time)
 
     def _fail(self, at: int, broken: Broken, time: float) -> NoReturn:
         name = self._world.context.object_ids[self._driven[at].actor]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final, NoReturn
 
 from adeye.errors import PluginError
 from adeye.kernel.boxes import wrap_to_pi
-from adeye.signals import EGO_COLUMNS, EGO_HEADING, EGO_SPEED, EGO_X, EGO_Y
+from adeye.signals import EGO_COLUMNS, EGO_HEADING, EGO_SPEED, EGO_STEERING, EGO_X, EGO_Y
 from adeye.simulate.bridges.fmus import Fmus, Step, Wired, wire_each, wire_fmu
 from adeye.simulate.bridges.programs import INVALID_OUTPUT, Broken
 from adeye.units import Dimension, shown
@@ -29,11 +29,9 @@ STATE: Final = {
     "y": Dimension.LENGTH,
     "heading": Dimension.ANGLE,
     "speed": Dimension.SPEED,
-    "acceleration": Dimension.ACCELERATION,
     "steering_angle": Dimension.ANGLE,
-    "yaw_rate": Dimension.ANGULAR_RATE,
 }
-"""What the state of the ego measures, in the order of ``signals.EGO_COLUMNS``."""
+"""What a plant tells of the state of the ego."""
 
 
 def wire_plant(plant: Plant, base_dir: Path) -> Wired:
@@ -65,6 +63,9 @@ fast it rolls. Our choice."""
 
 MOST_AWAY: Final = 0.1
 """By how much more [m]: lags of what is told. Our choice."""
+
+MOST_STEERED: Final = 0.5 * math.pi
+"""Largest steering angle [rad]: wheels across the vehicle."""
 
 MOST_TURNED: Final = 6.0
 """Largest yaw rate that is no leap [rad/s]: a turn in a second. Our choice."""
@@ -153,9 +154,9 @@ class Plants:
         heading = wrap_to_pi(told["heading"])
         turned = wrap_to_pi(heading - before[run, EGO_HEADING])
         told["heading"] = heading
-        told.setdefault("acceleration", (told["speed"] - before[run, EGO_SPEED]) / self._step)
         told.setdefault("steering_angle", float(command[run, 1]))
-        told.setdefault("yaw_rate", turned / self._step)
+        told["acceleration"] = (told["speed"] - before[run, EGO_SPEED]) / self._step
+        told["yaw_rate"] = turned / self._step
         states[run] = [told[name] for name in EGO_COLUMNS]
 
     def _require_continuous(self, at: int, time: float, before: Floats, now: Floats) -> None:
@@ -178,6 +179,9 @@ class Plants:
                     f"it {what} {abs(change):.3g} {unit} in a tick, at most {most:.3g} is no leap"
                 )
                 self._fail(at, Broken(INVALID_OUTPUT, said), time)
+        if abs(now[EGO_STEERING]) > MOST_STEERED:
+            said = f"it steers by {now[EGO_STEERING]:.3g} rad, at most {MOST_STEERED:.3g}"
+            self._fail(at, Broken(INVALID_OUTPUT, said), time)
 
     def _fail(self, at: int, broken: Broken, time: float) -> NoReturn:
         name = shown(self._plants[at].file)

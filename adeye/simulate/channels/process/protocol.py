@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from pydantic import BaseModel
 
+from adeye.identity import unique_keys
 from adeye.ports import ScalarCommand
 from adeye.signals import OK, REASON_LABELS, STATUS_LABELS
 
@@ -162,9 +163,12 @@ def read_command(line: bytes, tick: int) -> tuple[ScalarCommand | None, str]:
 
 def _read(line: bytes) -> tuple[dict[str, Any], str]:
     try:
-        content = json.loads(line.decode("utf-8"), parse_constant=_refuse)
-    except (ValueError, RecursionError):
-        return {}, f"{_short(line.decode('utf-8', 'replace'))} is no line of JSON"
+        content = json.loads(
+            line.decode("utf-8"), parse_constant=_refuse, object_pairs_hook=unique_keys
+        )
+    except (ValueError, RecursionError) as error:
+        why = f": {error}" if type(error) is ValueError else ""
+        return {}, f"{_short(line.decode('utf-8', 'replace'))} is no line of JSON{why}"
     if not isinstance(content, dict):
         return {}, f"{_short(content)} is no JSON object"
     return content, ""
