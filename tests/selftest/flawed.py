@@ -19,6 +19,10 @@ FLAWS = {
     "has_room_for_four": ("many_objects", "too many objects"),
     "trusts_its_sensors": ("dead_sensors", "lost"),
     "tires": ("long", "stack overflow"),
+    "knows_beforehand": ("in_step", "before it is asked"),
+    "lurches": ("long", "acceleration -50 m/s²"),
+    "has_the_last_word": ("ends", "it wrote more at the end of its input"),
+    "fails_at_the_end": ("ends", "it ended with code 3 at the end of its input"),
     "stays": ("ends", "it goes on for 2 s after the end of its input"),
     "crashes_at_the_end": ("ends", "it ended by SIGABRT"),
 }
@@ -56,6 +60,18 @@ def look(flaw: str, seen: dict[str, Any], gap: float) -> None:
         sys.exit("watchdog: nobody asks")
 
 
+def end(flaw: str, tick: int) -> None:
+    """Do what the flaw does at the end of its input."""
+    if flaw == "has_the_last_word":
+        say(tick=tick + 1, acceleration=0.0, steering_angle=0.0)
+    if flaw == "fails_at_the_end":
+        sys.exit(3)
+    if flaw == "stays":
+        time.sleep(60)
+    if flaw == "crashes_at_the_end":
+        os.abort()
+
+
 def main() -> None:
     hello = json.loads(sys.stdin.readline())
     values = hello["parameters"]["values"]
@@ -65,6 +81,9 @@ def main() -> None:
         place.mkdir(exist_ok=True)
         (place / str(os.getpid())).touch()
     say(hello=hello["hello"])
+    ahead = int(flaw == "knows_beforehand")
+    if ahead:
+        say(tick=0, acceleration=0.0, steering_angle=0.0)
     answered, extra = time.monotonic(), 0.0
     for line in sys.stdin:
         seen, gap = json.loads(line), time.monotonic() - answered
@@ -73,12 +92,11 @@ def main() -> None:
             extra = 0.1 * fellows(values["folder"])
         if flaw == "forgets_in_a_pause" and gap > 0.5:
             extra = 0.1
-        say(tick=seen["tick"], acceleration=extra, steering_angle=0.0)
+        if flaw == "lurches" and seen["tick"] == 500:
+            extra = -50.0
+        say(tick=seen["tick"] + ahead, acceleration=extra, steering_angle=0.0)
         answered = time.monotonic()
-    if flaw == "stays":
-        time.sleep(60)
-    if flaw == "crashes_at_the_end":
-        os.abort()
+    end(flaw, seen["tick"])
 
 
 if __name__ == "__main__":

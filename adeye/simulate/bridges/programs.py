@@ -118,6 +118,7 @@ class Children:
 
     Attributes:
         strays: Processes that programs have left behind in sessions of their own up to now.
+        unasked: Those whose last answer was there before it was asked for.
     """
 
     def __init__(self, prepared: str = "") -> None:
@@ -152,6 +153,7 @@ class Children:
             raise PlatformError(f"no program can be started: {error}") from error
         self._told = b""
         self.strays = 0
+        self.unasked: set[int] = set()
         self._children: dict[int, _Child] = {}
         self._selector.register(self._control, selectors.EVENT_READ)
         self._end = weakref.finalize(
@@ -238,8 +240,7 @@ class Children:
             patience: How long each may take [s], as far as that of its whole run is not used up.
 
         Returns:
-            Line without its line feed, or why there is none; in the order of the numbers. What was
-            written before it was asked for answers nothing.
+            Line without its line feed, or why there is none; in the order of the numbers.
 
         Raises:
             PlatformError: The warden has died.
@@ -247,12 +248,11 @@ class Children:
         begin = time.monotonic()
         answers: dict[int, bytes | Broken] = {}
         waiting: dict[int, _Child] = {}
+        self.unasked.clear()
         for number, line in lines.items():
-            child = self._children[number]
+            waiting[number] = child = self._children[number]
             if self._has_spoken(child):
-                answers[number] = Broken(INVALID_OUTPUT, _UNASKED)
-                continue
-            waiting[number] = child
+                self.unasked.add(number)
             child.unsent += line
             self._send(child)
             self._resume(child)
@@ -326,13 +326,13 @@ class Children:
         self._end()
 
     def _has_spoken(self, child: _Child) -> bool:
-        """Return whether it has written something that it was not asked for since its answer."""
+        """Return whether a line is there that it was not asked for."""
         if not child.was_asked:  # many a program greets by itself
             child.was_asked = True
             return False
         if not child.is_closed:
             self._read(child)
-        return bool(child.heard)
+        return b"\n" in child.heard
 
     def _resume(self, child: _Child) -> None:
         """Listen again to one whose turn it was not."""
@@ -437,7 +437,6 @@ class Children:
         return _ended(child)
 
 
-_UNASKED: Final = "it wrote more before it was asked"
 _LOST: Final = "the process that watches over the programs of channels has died"
 
 

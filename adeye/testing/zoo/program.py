@@ -151,6 +151,17 @@ def _answers_twice(seen: Any) -> None:
     _answer(seen)
 
 
+def _answers_ahead(seen: Any) -> None:
+    command = {"acceleration": 0.1, "steering_angle": 0.0}
+    ticks = (seen["tick"], seen["tick"] + 1)
+    _say("".join(json.dumps({"tick": tick, **command}) + "\n" for tick in ticks))
+
+
+def _says_a_key_twice(seen: Any) -> None:
+    command = f'"tick": {seen["tick"]}, "acceleration": 99, "acceleration": 0.1'
+    _say("{" + command + ', "steering_angle": 0.0}\n')
+
+
 def _answers_late(seen: Any) -> None:
     time.sleep(0.02)
     _answer(seen)

@@ -1,5 +1,6 @@
 """What an FMU says of itself, and how its variables are wired to signals."""
 
+import math
 import shutil
 import sys
 import zipfile
@@ -83,12 +84,42 @@ def test_unit_that_is_no_motion_is_refused(tmp_path: Path) -> None:
     [
         ({"gian": 1.0}, "Did you mean 'gain'"),
         ({"gain": "high"}, "'high' is none of Real 'gain'"),
+        ({"gain": math.nan}, "is none of Real 'gain'"),
+        ({"gain": math.inf}, "is none of Real 'gain'"),
+        ({"gain": True}, "is none of Real 'gain'"),
     ],
 )
 def test_start_value_that_cannot_be_set_is_refused(
     description: fmi.Description, start: dict[str, Any], says: str
 ) -> None:
     refused(SpecError, fmi.require_start, description, start, says=says)
+
+
+TAKEN: list[tuple[str, Any, bool]] = [
+    ("Int8", -128, True),
+    ("Int8", -129, False),
+    ("UInt8", 255, True),
+    ("UInt8", 256, False),
+    ("UInt16", -1, False),
+    ("Int64", 2**63 - 1, True),
+    ("Int64", 1e30, False),
+    ("Integer", 2**31, False),
+    ("Enumeration", 2.0, True),
+    ("Enumeration", 2.5, False),
+    ("Integer", True, False),
+    ("Boolean", False, True),
+    ("Boolean", 1, False),
+    ("Boolean", 0.3, False),
+    ("Real", 3, True),
+    ("String", "3", True),
+    ("String", 3, False),
+    ("Binary", "00", False),
+]
+
+
+@pytest.mark.parametrize(("kind", "value", "is_taken"), TAKEN)
+def test_value_is_taken_as_it_is_or_not(kind: str, value: object, *, is_taken: bool) -> None:
+    assert fmi.takes(kind, value) is is_taken
 
 
 @pytest.mark.parametrize("name", ["single_track", "follow_and_keep"])

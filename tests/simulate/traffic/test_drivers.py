@@ -156,7 +156,7 @@ SIGNALS = {
 @pytest.mark.slow
 @pytest.mark.parametrize("signal", SIGNALS)
 def test_each_signal_says_what_it_says(tmp_path: Path, signal: str) -> None:
-    echo(tmp_path, "v[3] = v[0];")
+    echo(tmp_path, "v[3] = 0.1 * v[0];")
     given = driver(tmp_path, inputs={"u": signal}, desired_speed="33 m/s", outputs=HELD)
     actors = {
         "lead": lead(given, offset="0.5 m"),
@@ -167,7 +167,7 @@ def test_each_signal_says_what_it_says(tmp_path: Path, signal: str) -> None:
         },
     }
     scenes = drive([case(actors)], tmp_path, 1)
-    told = (scenes[1].objects[0, 0, OBJECT_SPEED] - 20.0) / 0.05
+    told = (scenes[1].objects[0, 0, OBJECT_SPEED] - 20.0) / 0.05 / 0.1
     assert told == pytest.approx(SIGNALS[signal], abs=1e-6)
 
 
@@ -191,6 +191,22 @@ def test_world_of_a_kept_trace_is_made_without_its_fmu(folder: Path, tmp_path: P
 def test_another_file_than_planned_is_not_driven_with(folder: Path) -> None:
     other = driver(folder, digest="0" * 64)
     refused(SpecError, drive, [case({"lead": lead(other)})], folder, 1, says="another file than")
+
+
+IMPOSSIBLE = {
+    "v[3] = 50.1;": "its acceleration is 50.1 m/s²",
+    "v[3] = -1e300;": "its acceleration is -1e+300 m/s²",
+    "v[4] = 1e300;": "its speed aside is 1e+300 m/s",
+    "v[3] = 50.0;": "its speed is 152 m/s",
+    "v[4] = 15.0;": "across the road it is off its start by 50",
+}
+
+
+@pytest.mark.parametrize("step", IMPOSSIBLE)
+def test_driver_that_leads_its_actor_out_of_the_world_has_failed(tmp_path: Path, step: str) -> None:
+    echo(tmp_path, step)
+    one = case({"lead": lead(driver(tmp_path))})
+    refused(PluginError, drive, [one], tmp_path, 80, says=IMPOSSIBLE[step])
 
 
 def test_actor_whose_driver_fails_ends_the_campaign(tmp_path: Path) -> None:

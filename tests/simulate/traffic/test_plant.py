@@ -104,6 +104,18 @@ def test_vehicle_that_leaps_has_failed(folder: Path, step: str, says: str) -> No
     assert re.search(says, str(error)), error
 
 
+def test_vehicle_that_steers_across_itself_has_failed(folder: Path) -> None:
+    # It tells its speed as that angle.
+    steering = case({**PLANT, "outputs": {**PLANT["outputs"], "steering_angle": "v"}})
+    refused(PluginError, drive, [steering], folder, says="it steers by")
+
+
+def test_acceleration_and_yaw_rate_cannot_be_told() -> None:
+    for name in ("acceleration", "yaw_rate"):
+        told = {**PLANT, "outputs": {**PLANT["outputs"], name: "x"}}
+        refused(ValueError, case, told, says=name)
+
+
 def test_vehicle_without_an_fmu_is_identified_as_before() -> None:
     assert "plant" not in case(None).architecture.vehicle.model_dump()
     assert "plant" in case().architecture.vehicle.model_dump()

@@ -247,6 +247,8 @@ class ProcessChannel(HostedChannel):
                 self._fail(run, observation.time, line)
                 continue
             answer, wrong = protocol.read_command(line, self._ticks[run])
+            if answer is not None and run in self._children.unasked:
+                answer, wrong = None, f"it answers tick {self._ticks[run]} before it is asked"
             self._ticks[run] += 1
             if answer is None:
                 self._fail(run, observation.time, wrong)

@@ -196,6 +196,11 @@ def test_address_where_nobody_listens_is_no_failure_of_the_channel() -> None:
 # What an architecture may say.
 
 
+@pytest.mark.parametrize("version", ["", " ", "—", "zoo\n2", "zoo\u20282", "zoo\x1b[1A"])
+def test_version_is_a_line_that_says_something(version: str) -> None:
+    refused(ValidationError, at, "tcp://127.0.0.1:7000", version=version, says="version")
+
+
 @pytest.mark.parametrize("host", ["127.0.0.1", "127.9.9.9", "[::1]", "localhost"])
 def test_addresses_on_this_machine_need_no_word(host: str) -> None:
     assert at(f"tcp://{host}:7000").place.is_here
