@@ -88,6 +88,12 @@ def test_decisions_of_the_last_row_are_those_of_the_row_before(replay: Replay) -
     assert replay.faults[0].active[-1] == replay.faults[0].active[-2]
 
 
+def test_nothing_is_minus_zero(trace: Trace) -> None:
+    one = trace.select([1])
+    one["ego"][0, :, 1] = -1e-5
+    assert "-" not in "".join(str(y) for y in drawn(one).ego.y_m)
+
+
 def test_decision_of_the_last_tick_is_shown(trace: Trace) -> None:
     one = trace.select([1])
     last = int(one.length[0]) - 2
