@@ -88,17 +88,14 @@ def test_decisions_of_the_last_row_are_those_of_the_row_before(replay: Replay) -
     assert replay.faults[0].active[-1] == replay.faults[0].active[-2]
 
 
-def test_nothing_is_minus_zero(trace: Trace) -> None:
-    one = trace.select([1])
-    one["ego"][0, :, 1] = -1e-5
-    assert "-" not in "".join(str(y) for y in drawn(one).ego.y_m)
-
-
-def test_decision_of_the_last_tick_is_shown(trace: Trace) -> None:
+def test_last_tick_decides_and_nothing_is_minus_zero(trace: Trace) -> None:
     one = trace.select([1])
     last = int(one.length[0]) - 2
     one["reason"][0, last - 1 :] = [0, 1, 2]
-    assert drawn(one).reason[last - 1 :] == tuple(REASON_LABELS[reason] for reason in (0, 1, 1))
+    one["ego"][0, :, 1] = -1e-5
+    made = drawn(one)
+    assert made.reason[last - 1 :] == tuple(REASON_LABELS[reason] for reason in (0, 1, 1))
+    assert {str(y) for y in made.ego.y_m} == {"0.0"}
 
 
 def test_channels_are_named_with_their_states_and_tracks(replay: Replay) -> None:
