@@ -257,6 +257,32 @@ def test_wrong_usage_is_one_line_and_code_2(adeye: Any) -> None:
     assert (ended.code, (ended.out + ended.err).count("Usage: adeye")) == (2, 1)
 
 
+BOUNDS: dict[str, tuple[float | None, float | None]] = {
+    "run --threads": (1, None),
+    "run --workers": (1, None),
+    "run --maxfail": (1, None),
+    "coverage --strength": (1, 3),
+    "judge --threads": (1, None),
+    "judge --workers": (1, None),
+    "faults --sample": (0, None),
+    "forks --sample": (0, None),
+    "preventability --workers": (1, 64),
+    "query --max-rows": (1, None),
+    "query --timeout-s": (0.1, None),
+    "certify --sample": (1, None),
+}
+"""Least and most of each number that an option takes, where it has bounds of its own."""
+
+
+def test_numbers_of_options_have_their_bounds() -> None:
+    found = {
+        f"{verb} {option.opts[0]}": (option.min, option.max)
+        for verb, option in OPTIONS
+        if (option.min, option.max) != (None, None)
+    }
+    assert found == BOUNDS
+
+
 @pytest.mark.slow
 def test_reader_that_goes_away_is_no_error(folder: Path) -> None:
     reading, writing = os.pipe()

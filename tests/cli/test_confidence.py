@@ -22,6 +22,9 @@ def test_bounds_and_refusals_are_printed(adeye: Any, of_suites: Any) -> None:
     assert "No statement about lead_braking" in ended.out
     assert "not a random sample" in ended.out
     assert "Every bound is conditional" in ended.out
+    # Of what is said nothing about, there is no population to tell.
+    told = [line for line in ended.out.splitlines() if line.startswith(("cut_in: ", "lead_"))]
+    assert len(told) == 1
 
 
 def test_json_is_one_document(adeye: Any, of_suites: Any) -> None:

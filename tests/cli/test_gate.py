@@ -21,7 +21,8 @@ from tests.stored import known
 
 @pytest.fixture
 def baseline(adeye: Any, of_mini: Any) -> Path:
-    assert adeye("gate", *of_mini, "--baseline", "b.json", "--update").code == 0
+    ended = adeye("gate", *of_mini, "--baseline", "b.json", "--update").ok
+    assert ended.err == "wrote b.json\n"
     return Path("b.json")
 
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from adeye import signals as columns
 from adeye.judge import safe_stop
 from adeye.kernel.stops import CONTACT, DEFAULT_RULES
 from adeye.signals import RoadMap
@@ -61,6 +62,16 @@ def test_follower_in_the_own_lane_does_not_forbid_to_stop(hand_made: Make) -> No
 @pytest.mark.parametrize(("d", "rating"), [(MIDDLE, 5.0), (3.5, 5.0), (SLOW, 3.0), (-9.0, 7.0)])
 def test_achieved_rating_is_that_of_the_place(hand_made: Make, d: float, rating: float) -> None:
     assert safe_stop.achieved_rating(stopped(hand_made, d).trace(), 0, RULES) == rating
+
+
+@pytest.mark.parametrize(("across", "rating"), [(0.0, 3.0), (0.5, 5.0), (-0.5, 5.0)])
+def test_how_it_stands_counts_against_the_road_there(
+    hand_made: Make, across: float, rating: float
+) -> None:
+    made = stopped(hand_made, 2.2)
+    made.ego(heading=0.6 + across)
+    made.columns["ego_place"][..., columns.PLACE_HEADING] = 0.6
+    assert safe_stop.achieved_rating(made.trace(), 0, RULES) == rating
 
 
 def test_a_bay_that_was_in_reach_is_regretted(hand_made: Make) -> None:

@@ -32,6 +32,12 @@ def test_pedestrian_by_night_is_seen_to_where_the_headlamps_give_five_lux() -> N
     assert found == pytest.approx(math.sqrt(20_000.0 / 5.0), rel=1e-9)
 
 
+def test_headlamps_have_half_their_light_at_nineteen_degrees_and_none_from_ninety_on() -> None:
+    degrees = (0.0, 19.3, 45.0, 90.1, 180.0)
+    found = [subject.headlamp_share(math.cos(math.radians(angle))) for angle in degrees]
+    assert found == pytest.approx([1.0, 0.5, 1.0 / 64.0, 0.0, 0.0], abs=1e-3)
+
+
 def test_contrast_range_by_day_is_that_of_koschmieder() -> None:
     found = subject.contrast_range(0.5, 0.05, 0.01, 1e12, 0.0)
     assert found == pytest.approx(math.log(10.0) / 0.01, rel=1e-6)

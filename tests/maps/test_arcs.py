@@ -1,6 +1,7 @@
 """Lines of arcs: as near as they say, without a kink, as few as a centimetre needs."""
 
 import itertools
+import math
 from typing import Any
 
 import numpy as np
@@ -104,3 +105,17 @@ def test_a_step_of_curvature_stays_one() -> None:
     assert rows[:, arcs.BEND] == pytest.approx([0.0, 0.02], abs=1e-12)
     assert rows[:, arcs.LAST_BEND] == pytest.approx([0.0, 0.02])
     assert rows[:, arcs.FIRST_BEND] == pytest.approx([0.0, 0.02])
+
+
+@pytest.mark.parametrize("number", [1, -1])
+def test_steps_of_curvature_stay_where_they_are_in_both_directions(number: int) -> None:
+    pieces = [
+        piece("line", 50.0),
+        piece("arc", 20.0, 0.02, s=50.0, pose=(50.0, 0.0, 0.0)),
+        piece("line", 30.0, s=70.0, pose=(50 + 50 * math.sin(0.4), 50 - 50 * math.cos(0.4), 0.4)),
+    ]
+    drawn = lanes.laid(road(pieces, section(lane(number, (0, 0, 0, 0, 0)))))
+    rows = arcs.lane_arcs(drawn, drawn.strips[0][0])
+    way = (50.0, 20.0, 30.0)
+    assert rows[:, 6] == pytest.approx(way[::-number], abs=1e-9)
+    assert rows[:, arcs.BEND] == pytest.approx([0.0, -0.02 * number, 0.0], abs=1e-9)

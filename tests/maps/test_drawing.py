@@ -1,13 +1,15 @@
 """Pictures of maps: whole, told in words too, the same bytes, and small."""
 
+import itertools
 import math
 import re
 from dataclasses import replace
 from xml.etree import ElementTree as ET
 
+import numpy as np
 import pytest
 
-from adeye.maps.drawing import draw_map
+from adeye.maps.drawing import WIDTH, draw_map
 from adeye.maps.opendrive import Signal
 from tests.drawn_roads import WIDE, crossing, lane, network, piece, road, section
 
@@ -53,6 +55,34 @@ def test_words_of_a_road_too_narrow_for_them_are_in_its_cross_section() -> None:
 def test_one_road_without_height_is_drawn(width: tuple[float, float, float, float, float]) -> None:
     drawn = road([piece("line", 0.5)], section(lane(0), lane(-1, width)))
     assert "nan" not in draw_map(network(drawn), "")
+
+
+@pytest.mark.parametrize("heading", [0.0, 0.5 * math.pi])
+def test_map_is_in_the_middle_of_its_picture(heading: float) -> None:
+    straight = piece("line", 40.0, pose=(300.0, -70.0, heading))
+    drawn = road([straight], section(lane(1, WIDE), lane(0), lane(-1, WIDE)))
+    text = draw_map(network(drawn), "")
+    arrows = re.findall(r'#a" transform="translate\(([\d.]+)', text)
+    assert np.mean([float(place) for place in arrows]) == pytest.approx(0.5 * WIDTH, abs=0.1)
+
+
+def test_words_do_not_lie_on_one_another() -> None:
+    roads = [
+        road(
+            [piece("line", 30.0, pose=(30.0 * column, 9.0 * row, 0.0))],
+            section(lane(0), lane(-1, WIDE)),
+            id=f"{column} {row}",
+        )
+        for column in range(30)
+        for row in range(3)
+    ]
+    text = draw_map(network(*roads), "")
+    words = re.findall(r'class="h m" x="([\d.]+)" y="([\d.]+)">road', text)
+    places = [(float(x), float(y)) for x, y in words]
+    # At 14 px, eight letters are 50 px long at least.
+    for (x, y), (other_x, other_y) in itertools.combinations(places, 2):
+        assert abs(x - other_x) > 50.0 or abs(y - other_y) > 12.0
+    assert 9 < len(places) < 60
 
 
 @pytest.mark.slow

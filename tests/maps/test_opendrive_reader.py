@@ -4,13 +4,14 @@ import math
 import re
 from collections import Counter
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 import pytest
 
 from adeye.errors import InputError, InputErrors, SpecError
 from adeye.maps import lanes
-from adeye.maps.losses import Loss
+from adeye.maps.losses import Loss, Losses, require_none
 from adeye.maps.opendrive import OpenDrive
 from adeye.spec.places import read_map
 from tests.refusals import refused
@@ -132,6 +133,14 @@ def test_strict_refuses_each_loss_at_its_place(tmp_path: Path) -> None:
         read_map(path, strict=True)
     line = 1 + SMALL[: SMALL.index('<laneOffset s="50"')].count("\n")
     assert f"{path}:{line}:7: road.lanes.laneOffset" in str(raised.value)
+
+
+@pytest.mark.parametrize("more", [0, 1, 20])
+def test_strict_lists_a_hundred_losses_and_counts_the_others(more: int) -> None:
+    losses = [Loss("repaired", line, "road", "put in order") for line in range(100 + more)]
+    with pytest.raises(InputErrors) as raised:
+        require_none(cast("Losses", losses), "map.xodr")
+    assert (len(raised.value.errors), raised.value.unlisted) == (100, more)
 
 
 RULES = """\

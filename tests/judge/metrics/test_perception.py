@@ -186,7 +186,7 @@ def test_channel_that_shows_no_tracks_is_not_judged_unless_it_stops_to_show_them
 def test_false_track_time_counts_rows_not_tracks() -> None:
     assert measure(nearing(), "false_track_time_s")[:2] == (0.0, "value")
     made = nearing()
-    made.columns["false_tracks"][0, 7:10, 0] = 2
+    made.columns["false_tracks"][0, 7:10, 0] = (1, 2, 1)
     made.columns["false_tracks"][0, :, 1] = 1
     expected = (pytest.approx(0.3), "value", pytest.approx(0.7), -1)
     assert measure(made, "false_track_time_s") == expected

@@ -139,6 +139,9 @@ def test_golden_values() -> None:
     assert pfs(20.0, 25.0, 20.0) == 1.0
     assert cfs(6.0, 25.0, 20.0, 0.0) == pytest.approx(0.84, rel=1e-9)
     assert cfs(8.0, 25.0, 20.0, 0.0) == 0.0
+    # What the rear vehicle does until it reacts: 23.5 and 26.5 m/s after 0.75 s.
+    assert cfs(4.5, 25.0, 20.0, -2.0) == pytest.approx(3.0 / 7.0, rel=1e-9)
+    assert cfs(8.5, 25.0, 20.0, 2.0) == pytest.approx(105.0 / 169.0, rel=1e-9)
 
 
 @given(GAP, SPEED, SPEED, st.floats(-10.0, 3.0))

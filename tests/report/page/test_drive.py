@@ -16,7 +16,7 @@ from adeye.judge.verdict import Outcome
 from adeye.kernel.road import position
 from adeye.report.page import drive
 from adeye.report.page.replay import Replay, SignalPlot, pack_replay
-from adeye.signals import RoadMap
+from adeye.signals import REASON_LABELS, RoadMap
 from adeye.simulate import engine
 from adeye.spec.architecture import Architecture
 from adeye.spec.concept import MetricBound, Requirement
@@ -86,6 +86,16 @@ def test_decisions_of_the_last_row_are_those_of_the_row_before(replay: Replay) -
         assert channel.status[-1] == channel.status[-2]
     assert replay.authority[-1] == replay.authority[-2]
     assert replay.faults[0].active[-1] == replay.faults[0].active[-2]
+
+
+def test_last_tick_decides_and_nothing_is_minus_zero(trace: Trace) -> None:
+    one = trace.select([1])
+    last = int(one.length[0]) - 2
+    one["reason"][0, last - 1 :] = [0, 1, 2]
+    one["ego"][0, :, 1] = -1e-5
+    made = drawn(one)
+    assert made.reason[last - 1 :] == tuple(REASON_LABELS[reason] for reason in (0, 1, 1))
+    assert {str(y) for y in made.ego.y_m} == {"0.0"}
 
 
 def test_channels_are_named_with_their_states_and_tracks(replay: Replay) -> None:

@@ -375,6 +375,13 @@ def test_chain_is_cut_around_the_strongest_whatever_the_order() -> None:
         assert [row[subject.ECHO_RANGE] for row in rows] == pytest.approx([50.4, 51.2], abs=0.12)
 
 
+def test_nearest_is_first_wherever_it_is() -> None:
+    for near, far in ((0.0, 0.9), (0.9, 0.0), (-0.9, 0.1)):
+        for rows in ([echo(20.0, near), echo(23.0, far)], [echo(23.0, far), echo(20.0, near)]):
+            ranges = [row[subject.ECHO_RANGE] for row in found(rows)]
+            assert ranges == pytest.approx([20.0, 23.0], abs=0.2)
+
+
 def test_range_rate_beyond_the_span_comes_in_at_the_other_end() -> None:
     rates = {0.0: 0.0, 79.9: 79.9, 80.0: -80.0, 90.0: -70.0, -81.0: 79.0}
     assert [subject.folded(rate, 80.0) for rate in rates] == pytest.approx(list(rates.values()))

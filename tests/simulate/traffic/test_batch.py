@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 
 from adeye.errors import SpecError, UsageError
+from adeye.kernel.road import position
+from adeye.kernel.traffic import network
 from adeye.kernel.traffic.network import ALONGSIDE
 from adeye.signals import OBJECT_SPEED, PLACE_OFFSET, Floats, Scene
 from adeye.simulate.traffic import make_traffic, variant_of
-from adeye.simulate.traffic.batch import BatchTraffic
+from adeye.simulate.traffic.batch import BatchTraffic, build_lanes
 from adeye.simulate.traffic.highway import HighwayTraffic
 from adeye.sweep.case import TestCase
 from tests.motorway import make_case, make_scenario
@@ -117,6 +119,23 @@ def test_a_run_has_the_same_bits_alone_and_in_a_batch_of_any_order(make: Any) ->
     np.testing.assert_array_equal(turned[::-1], together)
     for run, case in enumerate(cases):
         np.testing.assert_array_equal(drive(make(), [case], 60)[0], together[run])
+
+
+@pytest.mark.parametrize("curvature", [0.0, 1.0 / 300.0, -1.0 / 300.0])
+def test_lanes_lie_beside_the_reference_line(curvature: float) -> None:
+    segments = np.array([[10.0, -4.0, 0.3, 90.0, 0.0], [0.0, 0.0, 0.3, 150.0, curvature]])
+    segments[1, :2] = position(segments, 90.0, 0.0)[:2]
+    links = network.build_links([(0, 1, 2), (1, 2, 2)])
+    found = np.zeros((1, 4, network.LANE_WIDTH))
+    build_lanes(segments[np.newaxis], links, np.array([3.5]), 20.0, found)
+    for lane, (s, length) in enumerate([(-20.0, 110.0)] * 2 + [(90.0, 150.0)] * 2):
+        d = (5.25, 1.75)[lane % 2]
+        way = length * (1.0 - curvature * d * (lane > 1))
+        assert found[0, lane, network.LANE_LENGTH] == pytest.approx(way)
+        for share in (0.0, 0.4, 1.0):
+            point = network.lane_point(found[0], lane, share * way, 0.0)
+            on_road = position(segments, s + share * length, d)[:2]
+            assert point == pytest.approx(on_road, abs=1e-9), (lane, share)
 
 
 @pytest.mark.slow

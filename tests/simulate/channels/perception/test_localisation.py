@@ -486,3 +486,18 @@ def test_lateral_deviation_is_what_it_is_after_the_way() -> None:
     ahead = subject.lateral_variance(state, covariance, 0.0, 0.5)
     subject.predict(record(bias_time=1e6), state, covariance, 0.0, 0.0, 0.5)
     assert subject.lateral_variance(state, covariance, 0.0, 0.0) == pytest.approx(ahead, rel=1e-6)
+
+
+@pytest.mark.parametrize("turn", [0.4, -1.1, 2.5])
+def test_unsureness_across_the_heading_does_not_depend_on_where_north_is(turn: float) -> None:
+    state, places = np.zeros(subject.STATES), [subject.X, subject.Y]
+    state[subject.HEADING], state[subject.SPEED] = 0.3, 12.0
+    root = np.random.default_rng(5).normal(size=(subject.STATES, subject.STATES))
+    covariance = root @ root.T
+    turned, other = np.eye(subject.STATES), state.copy()
+    cosine, sine = math.cos(turn), math.sin(turn)
+    turned[np.ix_(places, places)] = [[cosine, -sine], [sine, cosine]]
+    other[subject.HEADING] += turn
+    expected = subject.lateral_variance(state, covariance, 1.3, 0.2)
+    found = subject.lateral_variance(other, turned @ covariance @ turned.T, 1.3, 0.2)
+    assert found == pytest.approx(expected, rel=1e-9)

@@ -93,6 +93,26 @@ def test_other_class_does_not_fit_and_an_unknown_one_does() -> None:
     assert owners(tracks_at((20.0, 0.0), kind=6.0), (20.0, 0.0), kind=-1.0) == [0]
 
 
+def test_range_rate_tells_as_much_of_a_track_beside_as_of_one_ahead() -> None:
+    fits = []
+    for place, velocity in (
+        ((20.0, 0.0), kept.TRACK_VAR_VX),
+        ((0.0, 20.0), kept.TRACK_VAR_VY),
+        ((0.0, -20.0), kept.TRACK_VAR_VY),
+    ):
+        tracks = tracks_at(place)
+        tracks[0, velocity] = 4.0
+        detections = np.zeros((1, 7))
+        detections[:, [signals.DETECTION_LENGTH, signals.DETECTION_HAS_RANGE_RATE]] = 4.5, 1.0
+        found = []
+        for rate in np.arange(0.25, 20.0, 0.5):
+            detections[:, signals.DETECTION_RANGE_RATE] = rate
+            found += owners_of(tracks, detections, [place])
+        fits.append(found)
+    assert fits[0] == fits[1] == fits[2]
+    assert {*fits[0]} == {0, kept.FREE}
+
+
 def test_row_without_a_detection_belongs_to_nobody() -> None:
     places = np.array([[20.0, 0.0], [21.0, 0.0]])
     owner = np.array([kept.BLOCKED, kept.FREE])

@@ -13,6 +13,7 @@ from adeye.kernel.profiles import (
     PATH_ROW,
     PATH_TARGET,
     PROFILE_ROW,
+    PROFILE_S,
     PROFILE_SPEED,
     at_path,
     fill_profile,
@@ -23,7 +24,13 @@ from adeye.signals import Floats
 from adeye.simulate.channels.driving import HOLD_DECELERATION
 from adeye.simulate.channels.hooks import POINTS
 from adeye.simulate.channels.trajectory import channel as planner
-from adeye.simulate.channels.trajectory.cost import LINE_D, LINE_ROW, LINE_SLOPE, SAMPLES
+from adeye.simulate.channels.trajectory.cost import (
+    LINE_D,
+    LINE_ROW,
+    LINE_SLOPE,
+    SAMPLES,
+    drive_line,
+)
 from tests.kernel.stop_limits import GROUND
 from tests.simulate.channels.trajectory.record import LANE, memory, pose, record
 from tests.simulate.channels.trajectory.test_obstacles import others, thing
@@ -253,6 +260,27 @@ def test_lane_costs_nothing_beside_it_a_little_and_leaving_it_much() -> None:
     aside = first(d=1.75)
     staying = costs(aside, aside[planner.CHANGE_RIGHT], 1.75)[planner.CHANGE_RIGHT]
     assert staying == record()["weight_shoulder"]
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_tyres_hold_what_the_path_takes_from_the_bend_and_not_what_it_adds(side: float) -> None:
+    path, profile, length = np.zeros(PATH_ROW), np.zeros((SAMPLES, PROFILE_ROW)), 80.0
+    lay_path(path, 0.0, 0.0, 0.0, 0.0, 3.5 * side, length)
+    # Its second half bends to the other side.
+    ways = np.linspace(0.5 * length, length, SAMPLES)
+    sharpest = max(abs(at_path(path, float(way))[2]) for way in ways)
+    most = record()["max_lateral_acceleration"]
+    profile[:, PROFILE_S] = ways - ways[0]
+    profile[:, PROFILE_SPEED] = math.sqrt(0.6 * most / sharpest)
+
+    def cost(curvature: float) -> float:
+        line, half, last_resort = np.zeros((SAMPLES, LINE_ROW)), 0.5 * length, False
+        limits = -9.0, 9.0, last_resort
+        found: float = drive_line(record(), path, profile, half, curvature, *limits, line)
+        return found
+
+    assert cost(0.0) == cost(side * sharpest) < math.inf
+    assert cost(-side * sharpest) == math.inf
 
 
 def test_quick_path_uses_the_assumed_lateral_acceleration_and_no_more() -> None:
