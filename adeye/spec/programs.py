@@ -77,11 +77,7 @@ class PlantPose(q.Record):
 
 
 class PlantState(q.SparseRecord):
-    """Which outputs of an FMU are the state of the vehicle.
-
-    Acceleration and yaw rate, which are judged, are those of the motion: nothing can be told of
-    them that the motion does not hold.
-    """
+    """Which outputs of an FMU are the state of the vehicle."""
 
     x: VariableName
     """Of the point half-way between the axles, in the map [m]."""
@@ -90,8 +86,12 @@ class PlantState(q.SparseRecord):
     """[rad]"""
     speed: VariableName
     """[m/s]"""
+    acceleration: VariableName | None = None
+    """[m/s²]; where it is left out, the change of the speed is."""
     steering_angle: VariableName | None = None
     """Of the front wheels [rad]; where it is left out, the one that is commanded is."""
+    yaw_rate: VariableName | None = None
+    """[rad/s]; where it is left out, the change of the heading is."""
 
 
 PlantInput = Literal["acceleration", "steering_angle", "friction"]

@@ -7,7 +7,16 @@ from typing import TYPE_CHECKING, Final, NoReturn
 
 from adeye.errors import PluginError
 from adeye.kernel.boxes import wrap_to_pi
-from adeye.signals import EGO_COLUMNS, EGO_HEADING, EGO_SPEED, EGO_STEERING, EGO_X, EGO_Y
+from adeye.signals import (
+    EGO_ACCELERATION,
+    EGO_COLUMNS,
+    EGO_HEADING,
+    EGO_SPEED,
+    EGO_STEERING,
+    EGO_X,
+    EGO_Y,
+    EGO_YAW_RATE,
+)
 from adeye.simulate.bridges.fmus import Fmus, Step, Wired, wire_each, wire_fmu
 from adeye.simulate.bridges.programs import INVALID_OUTPUT, Broken
 from adeye.units import Dimension, shown
@@ -29,9 +38,11 @@ STATE: Final = {
     "y": Dimension.LENGTH,
     "heading": Dimension.ANGLE,
     "speed": Dimension.SPEED,
+    "acceleration": Dimension.ACCELERATION,
     "steering_angle": Dimension.ANGLE,
+    "yaw_rate": Dimension.ANGULAR_RATE,
 }
-"""What a plant tells of the state of the ego."""
+"""What the state of the ego measures, in the order of ``signals.EGO_COLUMNS``."""
 
 
 def wire_plant(plant: Plant, base_dir: Path) -> Wired:
@@ -71,6 +82,14 @@ MOST_TURNED: Final = 6.0
 """Largest yaw rate that is no leap [rad/s]: a turn in a second. Our choice."""
 
 
+MOST_APART: Final = (0.1, 0.01)
+"""By how much speed [m/s] and heading [rad] may differ, over ``MEMORY_S``, from what acceleration
+and yaw rate lead to: a hundredth of what tyres do in it. Our choice."""
+
+MEMORY_S: Final = 1.0
+"""Time after which a difference counts for a third only [s]. Our choice."""
+
+
 class Plants:
     """The FMUs that move the egos of a batch, in the runs whose vehicle has one."""
 
@@ -87,6 +106,7 @@ class Plants:
         self._runs = list(plants)
         self._plants = [plants[run] for run in self._runs]
         self._wired: list[Wired] = []
+        self._apart = [(0.0, 0.0)] * len(self._runs)
         self._fmus: Fmus | None = None
 
     def move(
@@ -124,6 +144,7 @@ class Plants:
             self._write(at, found, command, before, states)
             run = self._runs[at]
             self._require_continuous(at, asked[at].begin, before[run], states[run])
+            self._require_true_rates(at, asked[at].begin, before[run], states[run])
 
     def close(self) -> None:
         """End every FMU and wait until they have."""
@@ -155,8 +176,8 @@ class Plants:
         turned = wrap_to_pi(heading - before[run, EGO_HEADING])
         told["heading"] = heading
         told.setdefault("steering_angle", float(command[run, 1]))
-        told["acceleration"] = (told["speed"] - before[run, EGO_SPEED]) / self._step
-        told["yaw_rate"] = turned / self._step
+        told.setdefault("acceleration", (told["speed"] - before[run, EGO_SPEED]) / self._step)
+        told.setdefault("yaw_rate", turned / self._step)
         states[run] = [told[name] for name in EGO_COLUMNS]
 
     def _require_continuous(self, at: int, time: float, before: Floats, now: Floats) -> None:
@@ -182,6 +203,34 @@ class Plants:
         if abs(now[EGO_STEERING]) > MOST_STEERED:
             said = f"it steers by {now[EGO_STEERING]:.3g} rad, at most {MOST_STEERED:.3g}"
             self._fail(at, Broken(INVALID_OUTPUT, said), time)
+
+    def _require_true_rates(self, at: int, time: float, before: Floats, now: Floats) -> None:
+        """Refuse a vehicle whose acceleration or yaw rate does not lead where it is.
+
+        A rate may change evenly over a tick or at its beginning; what fits better counts.
+        """
+        step = self._step
+        turned = wrap_to_pi(now[EGO_HEADING] - before[EGO_HEADING])
+        found = (
+            ("acceleration", "speed", "m/s", now[EGO_SPEED] - before[EGO_SPEED], EGO_ACCELERATION),
+            ("yaw rate", "heading", "rad", turned, EGO_YAW_RATE),
+        )
+        is_standing = now[EGO_SPEED] == before[EGO_SPEED] == 0.0
+        sums = []
+        for (rate, state, unit, change, column), last, most in zip(
+            found, self._apart[at], MOST_APART, strict=True
+        ):
+            held, even = now[column], 0.5 * (before[column] + now[column])
+            apart = min((change - item * step for item in (held, even)), key=abs)
+            total = math.exp(-step / MEMORY_S) * last + (0.0 if is_standing else apart)
+            sums.append(total)
+            if abs(total) > most or abs(held) > MOST_FASTER:
+                said = (
+                    f"its {rate}, {held:.3g} {unit}/s, is not that of its {state}: they are apart "
+                    f"by {total:.3g} {unit}, at most {most:g}"
+                )
+                self._fail(at, Broken(INVALID_OUTPUT, said.replace("m/s/s", "m/s²")), time)
+        self._apart[at] = (sums[0], sums[1])
 
     def _fail(self, at: int, broken: Broken, time: float) -> NoReturn:
         name = shown(self._plants[at].file)

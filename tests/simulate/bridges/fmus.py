@@ -57,6 +57,7 @@ def car(folder: Path, step: str = "", name: str = "car", **more: str) -> Path:
         *(Var(item, "parameter") for item in ("x0", "y0", "psi0", "v0")),
         *(Var(item, "output") for item in ("x", "y", "psi", "v")),
         Var("begun", "local"),
+        Var("rate", "output"),
     ]
     law = f"""
         if (!v[10]) {{ v[6] = v[2]; v[7] = v[3]; v[8] = v[4]; v[9] = v[5]; v[10] = 1; }}

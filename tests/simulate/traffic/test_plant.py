@@ -110,10 +110,29 @@ def test_vehicle_that_steers_across_itself_has_failed(folder: Path) -> None:
     refused(PluginError, drive, [steering], folder, says="it steers by")
 
 
-def test_acceleration_and_yaw_rate_cannot_be_told() -> None:
-    for name in ("acceleration", "yaw_rate"):
-        told = {**PLANT, "outputs": {**PLANT["outputs"], name: "x"}}
-        refused(ValueError, case, told, says=name)
+LIES = {
+    ("acceleration", "v[11] = 0;"): "its acceleration, 0 m/s², is not that of its speed",
+    ("acceleration", "v[11] = 0.8 * v[0];"): "is not that of its speed",
+    ("acceleration", "v[11] = v[0] + 1e9;"): "is not that of its speed",
+    ("yaw_rate", "v[11] = 0;"): "its yaw rate, 0 rad/s, is not that of its heading",
+    ("yaw_rate", "v[11] = -v[9] * tan(v[1]) / 2.9;"): "is not that of its heading",
+}
+
+
+@pytest.mark.parametrize(("name", "step"), LIES)
+def test_rate_that_does_not_lead_where_the_vehicle_is_has_failed(
+    folder: Path, name: str, step: str
+) -> None:
+    car(folder, step, name="lying")
+    lying = case({**PLANT, "file": "./lying.fmu", "outputs": {**PLANT["outputs"], name: "rate"}})
+    refused(PluginError, drive, [lying], folder, says=LIES[name, step])
+
+
+def test_acceleration_that_leads_there_is_taken(folder: Path) -> None:
+    car(folder, "v[11] = v[0];", name="true")
+    told = {**PLANT, "file": "./true.fmu", "outputs": {**PLANT["outputs"], "acceleration": "rate"}}
+    egos = drive([case(told)], folder)[0]
+    assert egos[5, EGO_COLUMNS.index("acceleration")] == 1.0
 
 
 def test_vehicle_without_an_fmu_is_identified_as_before() -> None:
