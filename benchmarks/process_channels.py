@@ -1,8 +1,9 @@
-"""What does a tick cost with 64 programs as channels, and what to start them?
+"""What does a tick cost with programs, FMUs and nodes as channels, and what to start them?
 
-The shipped candidate in 64 cut-ins at once, with a third channel: a program in Python (kind
-process) for each run, against one Python object for each run in this process that answers the same.
-Wall time, for programs work in processes of their own: cost of a tick = of 120 ticks less 20, so
+The shipped candidate in 8 cut-ins at once, with a third channel: one Python object for each run in
+this process, a program in Python (kind process), the shipped FMU, and the nodes of the guide on
+zenoh, ROS 2 and ROS 1, as far as these are installed; and the built-in nominal channel once more.
+Wall time, for programs work in processes of their own: cost of a tick = of 420 ticks less 20, so
 that the start of the programs is not in it; start = time of 20 ticks less 20 such ticks. Rounds
 interleaved, warm-up thrown away.
 
@@ -12,11 +13,14 @@ interleaved, warm-up thrown away.
 
 from __future__ import annotations
 
+import os
+import shutil
 import statistics
 import sys
 import tempfile
 import time
 from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,18 +28,56 @@ from channel_tiers import cut_ins
 from support.command import drive, ratios, spread
 
 from adeye.simulate import engine
+from adeye.simulate.bridges.middleware import ROS_1
 from adeye.spec.architecture import Architecture
 from adeye.spec.quantity import SI
 from adeye.testing import zoo
 
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+from docs import walk
+
 if TYPE_CHECKING:
     from adeye.sweep.case import TestCase
 
-RUNS, SHORT, LONG = 64, 20, 120
-GUESTS: dict[str, dict[str, Any]] = {
-    "object": {"kind": "./zoo_plugin.py:One"},
-    "program": {"kind": "process", "parameters": zoo.parameters()},
+ROOT = Path(__file__).resolve().parent.parent
+RUNS, SHORT, LONG = 8, 20, 420
+FOLLOW: dict[str, Any] = {
+    "file": "./follow_and_keep.fmu",
+    "inputs": {"v": "ego.speed", "v_set": "ego.desired_speed", "offset": "ego.lane_offset"},
+    "outputs": {"acceleration": "a", "steering_angle": "delta"},
 }
+MODULES = {"fmu": "fmpy", "zenoh": "zenoh", "ros2": "cyclonedds"}
+
+
+def node(kind: str) -> dict[str, Any]:
+    """Return a node of the guide as a channel."""
+    command = ["./ros1_node.py"] if kind == "ros1" else ["python", f"./{kind}_node.py"]
+    return {"kind": kind, "parameters": {"command": command, "values": {"gain": 0.4}}}
+
+
+def guests() -> dict[str, dict[str, Any]]:
+    """Return the channels that can be had here."""
+    found: dict[str, dict[str, Any]] = {
+        "object": {"kind": "./zoo_plugin.py:One"},
+        "built in": {"kind": "nominal"},
+        "program": {"kind": "process", "parameters": zoo.parameters()},
+        "fmu": {"kind": "fmu", "parameters": FOLLOW},
+        **{kind: node(kind) for kind in ("zenoh", "ros2", "ros1")},
+    }
+    missing = {kind for kind, module in MODULES.items() if find_spec(module) is None}
+    missing |= set() if Path(ROS_1, "rospy").is_dir() else {"ros1"}
+    return {kind: item for kind, item in found.items() if kind not in missing}
+
+
+def settle(folder: Path) -> None:
+    """Put there what the channels are made of."""
+    zoo.settle(folder)
+    shutil.copy(ROOT / "odd" / "architectures" / "fmus" / "follow_and_keep.fmu", folder)
+    page = (ROOT / "docs" / "guide" / "middleware.md").read_text("utf-8")
+    for name, text in walk.files_of(page).items():
+        (folder / Path(name).name).write_text(text, "utf-8")
+        (folder / Path(name).name).chmod(0o755)
+    os.environ["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
 
 
 def with_guest(cases: list[TestCase], guest: dict[str, Any]) -> list[TestCase]:
@@ -50,27 +92,31 @@ def took(cases: list[TestCase], folder: Path, ticks: int) -> float:
     """Wall time of so many ticks of a batch [s]."""
     name = cases[0].architecture.architecture
     begin = time.perf_counter()
-    engine.run(cases, backend="batch", base_dirs={name: folder}, most_ticks=ticks)
-    return time.perf_counter() - begin
+    trace = engine.run(cases, backend="batch", base_dirs={name: folder}, most_ticks=ticks)
+    spent = time.perf_counter() - begin
+    failed = next((event for event in trace.channel_events if event is not None), None)
+    if failed is not None:  # who is silent costs nothing
+        raise SystemExit(f"{failed.channel} failed at {failed.time:g} s: {failed.detail}")
+    return spent
 
 
 def measure(rounds: int, smoke: bool) -> list[dict[str, Any]]:  # noqa: FBT001 - as drive calls it
     """Measure without a guest and with each of them once a round."""
-    runs = 4 if smoke else RUNS
+    runs, known = 2 if smoke else RUNS, guests()
     plain = cut_ins(runs)
-    batches = {"none": plain, **{name: with_guest(plain, item) for name, item in GUESTS.items()}}
+    batches = {"none": plain, **{name: with_guest(plain, item) for name, item in known.items()}}
     ticks: dict[str, list[float]] = {name: [] for name in batches}
     starts: dict[str, list[float]] = {name: [] for name in batches}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        zoo.settle(folder)
+        settle(folder)
         for number in range(rounds + 1):
             for kind, cases in batches.items():
                 short, long = took(cases, folder, SHORT), took(cases, folder, LONG)
                 if number:
                     ticks[kind].append((long - short) / (LONG - SHORT))
                     starts[kind].append(short - SHORT * ticks[kind][-1])
-    costs = {kind: differences(ticks[kind], ticks["none"]) for kind in GUESTS}
+    costs = {kind: differences(ticks[kind], ticks["none"]) for kind in known}
     return [
         {
             "channel": kind,
@@ -80,7 +126,7 @@ def measure(rounds: int, smoke: bool) -> list[dict[str, Any]]:  # noqa: FBT001 -
             "start_ms": 1e3 * statistics.median(differences(starts[kind], starts["none"])) / runs,
             **ratios(list(zip(costs[kind], costs["object"], strict=True))),
         }
-        for kind in GUESTS
+        for kind in known
     ]
 
 

@@ -386,7 +386,15 @@ TopicName = Annotated[
 ]
 
 
-class RosParameters(ProcessParameters):
+class NodeParameters(ProcessParameters):
+    """A program that is a node of a middleware."""
+
+    start_deadline: Annotated[q.Duration, Field(gt=0.0)] = 60.0
+    """Longest until it is connected, and to its first answer, by the wall clock [s]: the nodes of a
+    block begin all at once."""
+
+
+class RosParameters(NodeParameters):
     """ROS channel: a program that is a node, and what its topics are called."""
 
     topics: dict[Topic, TopicName] = {}
@@ -604,10 +612,17 @@ class PolicyChannel(_OutsideChannel):
 
 
 class ProcessChannel(_OutsideChannel):
-    """The built-in channel that asks a program of any language: over pipes, or over zenoh."""
+    """The built-in channel that asks a program of any language, over pipes."""
 
-    kind: Literal["process", "zenoh"]
+    kind: Literal["process"]
     parameters: ProcessParameters
+
+
+class ZenohChannel(_OutsideChannel):
+    """The built-in channel that asks a node over zenoh."""
+
+    kind: Literal["zenoh"]
+    parameters: NodeParameters
 
 
 class RosChannel(_OutsideChannel):
@@ -638,7 +653,7 @@ class PluginChannel(_OutsideChannel):
     parameters: q.Free = {}
 
 
-CommandChannel = ProcessChannel | RosChannel
+CommandChannel = ProcessChannel | RosChannel | ZenohChannel
 """Channels whose program is a command of the user."""
 
 HostedChannel = CommandChannel | FmuChannel | RemoteChannel
@@ -656,6 +671,7 @@ BuiltInChannel = Annotated[
     | PolicyChannel
     | ProcessChannel
     | RosChannel
+    | ZenohChannel
     | FmuChannel
     | RemoteChannel,
     Field(discriminator="kind"),
