@@ -317,7 +317,7 @@ NOTES: Final = {
     "R6": "bicycle with actuator lag and friction circle, occlusion, weather, grades; no slip",
     "R7": "by dotted path; height and pitch matter to physical cameras and lidars only",
     "R8": "all six, with closed-form tests; all but physical camera and lidar in plan view",
-    "R9": "to linked channels and to the trace; no export",
+    "R9": "to linked channels, to the trace, and to others as OSI, MCAP, CommonRoad and tables",
     "R10": "closed loop at every tick of the master clock",
     "R11": "scripted actors of every kind, reactive vehicles; pedestrians are scripted only",
     "R12": "shadow commands of every channel, recorded with tracks and monitors",
@@ -330,7 +330,7 @@ NOTES: Final = {
     "R19": "the `links` of a channel; whole lists of them are an axis of a sweep",
     "R20": "of sensors, channels and their insides, links, actuators, tyres and the switch",
     "R21": "the `faults` of an ODD, with their axes",
-    "R22": "FMUs of FMI 2 and 3 as channels and as the vehicle; no sensor, no export",
+    "R22": "FMUs of FMI 2 and 3 as channel, vehicle, sensor, driver; our parts as FMUs of FMI 3",
     "R23": "pure Python, no GPU; equal bits across processors are intended, and not shown",
 }
 """What is there of each capability and what is missing, beside its proof."""

@@ -1,6 +1,8 @@
 """R22: models of others take part by a co-simulation standard."""
 
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -115,3 +117,34 @@ def test_faults_act_on_fmus_as_on_any_part(tmp_path: Path) -> None:
     assert set(rows) == set(entries)
     assert {row["outcome"] for row in rows.values()} <= {"ok", "contact", "completed"}
     assert len({row["trace_digest"] for row in rows.values()}) == len(entries)
+
+
+def test_our_vehicle_takes_part_elsewhere_as_an_fmu(tmp_path: Path) -> None:
+    odd = odd_of("cut_in", architectures=("camera_radar", "exported"))
+    project = Project(tmp_path / "project", odd)
+    exported = project.folder / "odd" / "architectures" / "vehicle.fmu"
+    command = ["fmu", "export", "plant", "odd/architectures/camera_radar.yaml", "-o", str(exported)]
+    subprocess.run([sys.executable, "-m", "adeye", *command], cwd=project.folder, check=True)
+    names = ("x", "y", "heading", "speed", "acceleration", "steering_angle", "yaw_rate")
+    plant = {
+        "file": "./vehicle.fmu",
+        "inputs": {
+            "command.acceleration": "acceleration",
+            "command.steering_angle": "steering_angle",
+            "friction": "friction",
+        },
+        "initial": {name: f"start.{name}" for name in names[:4]},
+        "outputs": {name: name for name in names},
+    }
+    content = {
+        "extends": "camera_radar.yaml",
+        "architecture": "exported",
+        "vehicle": {"plant": plant},
+    }
+    project.write("odd/architectures/exported.yaml", content)
+    project.run()
+    inside, outside = project.rows()
+    assert inside["architecture"] != outside["architecture"]
+    assert inside["verdicts"] == outside["verdicts"]
+    for name in ("min_distance_m", "min_ttc_s", "max_deceleration_mps2"):
+        assert outside[name] == pytest.approx(inside[name], abs=1e-6)
