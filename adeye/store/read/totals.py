@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 from adeye.errors import IntegrityError
 from adeye.judge.preventability import gate_verdict
 from adeye.judge.stl.formula import parse_formula
-from adeye.judge.stl.syntax import silence_of
+from adeye.judge.stl.syntax import names_in, silence_of
 from adeye.judge.verdict import (
     WAIVABLE,
     ExitCode,
@@ -27,7 +27,7 @@ from adeye.judge.verdict import (
     fold_runs,
     gate_exit,
 )
-from adeye.spec.concept import Concept
+from adeye.spec.concept import Concept, Requirement
 from adeye.spec.fault import idle_faults
 from adeye.spec.quantity import SI
 from adeye.store.evidence.roots import Withdrawal
@@ -154,14 +154,27 @@ def contacts_in_words(repository: Repository, campaign: CampaignInfo) -> list[st
 
 def _about_silence(repository: Repository, campaign: CampaignInfo) -> list[tuple[str, str]]:
     """Pair each mandatory FSR with the channels whose failure its formula is about."""
-    concept = repository.content("concept", campaign.concept_digest)
-    read = Concept.model_validate(concept, context=SI)
     return [
         (item.id, channel)
-        for item in read.requirements
+        for item in _requirements(repository, campaign)
         if item.mandatory and item.formula is not None
         for channel in silence_of(parse_formula(item.formula, None, item.constants).root)
     ]
+
+
+def _requirements(repository: Repository, campaign: CampaignInfo) -> tuple[Requirement, ...]:
+    concept = repository.content("concept", campaign.concept_digest)
+    return tuple(Concept.model_validate(concept, context=SI).requirements)
+
+
+def _beside_contact(repository: Repository, campaign: CampaignInfo, fsr: str) -> list[str]:
+    """List what an FSR is judged by beside the contact: it may fail of that in the same run."""
+    (item,) = (item for item in _requirements(repository, campaign) if item.id == fsr)
+    if item.formula is None:
+        names = [] if item.bound is None else [item.bound.metric]
+    else:
+        names = list(names_in(parse_formula(item.formula, None, item.constants).root))
+    return [name for name in names if name != "contact"]
 
 
 def without_unpreventable(
@@ -190,9 +203,11 @@ def without_unpreventable(
         if (item.fsr, item.architecture) == (fsr, architecture)
     )
     until = status.waived_until
+    failures = repository.hindsight.benchmarks.failures(campaign.id, fsr, architecture, EDITION)
+    others = _beside_contact(repository, campaign, fsr)
     verdict, aside, unknown = gate_verdict(
         status.counts,
-        repository.hindsight.benchmarks.failures(campaign.id, fsr, architecture, EDITION),
+        [{} for _ in failures] if others else failures,
         models,
         min_exercised=status.min_exercised,
         is_waived=until is not None and until >= today.isoformat(),
@@ -204,6 +219,11 @@ def without_unpreventable(
         notes.append(f"{how}unpreventable by {by} ({_runs(aside)})")
     if aside and verdict not in {Verdict.FAIL, Verdict.PASS}:
         notes.append(f"{verdict} without them")
+    if others and any(failures):
+        notes.append(
+            f"{fsr} is about {', '.join(others)}, too: write what forbids contacts as an FSR of "
+            "its own to have unpreventable ones set aside"
+        )
     if unknown:
         notes.append(
             f"{_runs(unknown)} not known to be unpreventable by {by}: "

@@ -15,9 +15,11 @@ from adeye.judge.evaluate import never_held
 from adeye.judge.stl.batch import HELD, NEEDED, SPARE
 from adeye.judge.verdict import ExitCode, Outcome, Verdict
 from adeye.spec.concept import Waiver
+from adeye.spec.load import shipped
 from adeye.store.read.totals import Total, gate_code, preventable_by, totals, without_unpreventable
 from adeye.store.records import ContentRecord, EventRecord
 from tests.store.conftest import Store
+from tests.stored import read_yaml
 
 OPEN = (Verdict.ERROR, Verdict.INVALID, Verdict.INCONCLUSIVE, Verdict.VACUOUS)
 
@@ -332,24 +334,26 @@ def test_one_run_that_asks_for_it_is_enough(store: Store) -> None:
     assert folded(store, campaign)["FSR1", "legacy"].verdict is Verdict.VACUOUS
 
 
-def repository(odd: Any, failures: Any = (), counts: Any = None) -> Any:
+def repository(odd: Any, failures: Any = (), formula: str = "always(not contact)") -> Any:
     status = SimpleNamespace(
         fsr="FSR-01",
         architecture="a",
-        counts=counts or {Verdict.FAIL: 1, Verdict.PASS: 2},
+        counts={Verdict.FAIL: 1, Verdict.PASS: 2},
         min_exercised=1,
         waived_until=None,
         repeated_passes=0,
     )
     benchmarks = SimpleNamespace(failures=lambda *_: list(failures))
+    concept = read_yaml(shipped("odd") / "concepts" / "motorway_chauffeur.yaml")
+    concept["requirements"][0]["formula"] = formula
     return SimpleNamespace(
-        content=lambda *_: {"odd": odd},
+        content=lambda kind, _: concept if kind == "concept" else {"odd": odd},
         gate=lambda _: (status,),
         hindsight=SimpleNamespace(benchmarks=benchmarks),
     )
 
 
-CAMPAIGN: Any = SimpleNamespace(id="c", number=3, odd_digest="d")
+CAMPAIGN: Any = SimpleNamespace(id="c", number=3, odd_digest="d", concept_digest="e")
 
 
 @pytest.mark.parametrize(
@@ -392,3 +396,19 @@ def test_fault_that_does_nothing_is_said_beside_what_passes(
 
     monkeypatch.setattr("adeye.store.read.totals.idle_faults", idle)
     assert_gate(store, ExitCode.OK, "fault quiet acts on a sensor that nothing is linked to")
+
+
+@pytest.mark.parametrize(
+    "formula",
+    [
+        "always(not contact and ego.acceleration >= -7.8 m/s^2)",
+        "always(not contact) and always(any_actor.distance >= 0.5 m)",
+        "always(ego.acceleration >= -7.8 m/s^2)",
+    ],
+)
+def test_fsr_that_is_about_more_than_contacts_is_not_set_aside(formula: str) -> None:
+    given = repository({}, [{"cc": "neither"}], formula)
+    verdict, note = without_unpreventable(given, CAMPAIGN, "FSR-01", "a", ["cc"])
+    assert verdict is Verdict.FAIL
+    assert "FSR-01 is about" in note
+    assert "an FSR of its own" in note
