@@ -85,8 +85,14 @@ class _Guard:
         taken = tuple(taken)
         seen: dict[object, str] = {}
         for name, path in files.items():
-            if any(is_same(path, other) for other in taken):
+            if any(is_same(path, other) or _is_in(other, path) for other in taken):
                 raise _refused(name, path, "belongs to the database")
+            for other, folder in files.items():
+                if _is_in(path, folder) and not is_stream(path):
+                    raise UsageError(
+                        f"{name} {str(path)!r} is in the folder of {other}, which is replaced",
+                        remedy="Name a place beside it.",
+                    )
             require_replaceable(path, name, known=self.known(path))
             found = _stat(path)
             key: object = descriptor_of(path) or _spelling(path)
@@ -208,6 +214,11 @@ def is_same(one: Path, other: Path) -> bool:
         return os.path.samestat(found, known)
     # What is not there yet may still be one file, where the file system knows no case.
     return _spelling(one) == _spelling(other)
+
+
+def _is_in(path: Path, folder: Path) -> bool:
+    """Tell whether a path leads into a folder, whether any of it is there or not."""
+    return any(is_same(above, folder) for above in Path(os.path.realpath(path)).parents)
 
 
 def require_replaceable(path: Path, name: str = "", *, known: Collection[Pattern] = ()) -> None:

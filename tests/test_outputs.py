@@ -202,3 +202,18 @@ def test_what_was_read_is_not_written_whoever_passes_over_the_refusal(tmp_path: 
         refused(UsageError, write_atomically, b"new", link, says="is what is read")
     write_atomically(b"new", link)
     assert path.read_text("utf-8") == "x"
+
+
+@pytest.mark.parametrize("is_there", [False, True])
+def test_no_output_is_in_the_folder_of_another(tmp_path: Path, *, is_there: bool) -> None:
+    folder = tmp_path / "out"
+    if is_there:
+        (tmp_path / "link").symlink_to(folder)
+        folder.mkdir()
+    inner = (tmp_path / "link" if is_there else folder) / "a" / "r.mcap"
+    for files in ({"--rosbag": folder, "--mcap": inner}, {"--mcap": inner, "--rosbag": folder}):
+        refused(UsageError, guarded(files).__enter__, says="is in the folder of --rosbag")
+    kept = folder / "any.db"
+    refused(UsageError, guarded({"-o": folder}, taken=[kept]).__enter__, says="to the database")
+    with guarded({"--rosbag": folder, "--mcap": tmp_path / "out.mcap", "-o": Path("/dev/stdout")}):
+        pass
