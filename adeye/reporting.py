@@ -15,7 +15,7 @@ from adeye.errors import InputError
 from adeye.exchange import needing, require_place
 from adeye.exchange.view import Account, Remark, RunView
 from adeye.judge.verdict import Verdict
-from adeye.outputs import replacing, replacing_folder, write_atomically
+from adeye.outputs import has_mark, replacing, replacing_folder, write_atomically
 from adeye.report.build import MAX_REPLAYS, ReplayRequest, ReportBuilder, drawn_in
 from adeye.report.claims import claims_of
 from adeye.report.comparison.compare import compare
@@ -543,22 +543,24 @@ def _mcap_writer() -> Write:
 def _osi_writer(folder: Path) -> Write:
     with needing("OSI", "osi"):
         from adeye.exchange.osi import NAMES, write_osi
-    require_place(folder, NAMES, "traces of OSI")
+    require_place(
+        folder, NAMES, "traces of OSI", lambda file: file.suffix == ".osi" or has_mark(file)
+    )
     return lambda done, place: write_osi(RunView(done.trace), _account(done), place)
 
 
 def _commonroad_writer(folder: Path) -> Write:
-    from adeye.exchange.commonroad import NAMES, write_commonroad
+    from adeye.exchange.commonroad import NAMES, is_own, write_commonroad
 
-    require_place(folder, NAMES, "a scenario of CommonRoad")
+    require_place(folder, NAMES, "a scenario of CommonRoad", is_own)
     return lambda done, place: write_commonroad(RunView(done.trace), _account(done), place)
 
 
 def _rosbag_writer(path: Path, shown: BinaryIO | None) -> Write:
     with needing("rosbags", "viz"):
-        from adeye.exchange.rosbag import FILE, NAMES, write_rosbag
+        from adeye.exchange.rosbag import FILE, NAMES, is_own, write_rosbag
     if path.suffix != FILE:
-        require_place(path, NAMES, "a bag of ROS 2")
+        require_place(path, NAMES, "a bag of ROS 2", is_own)
 
     def write(_: Execution, place: Path) -> None:
         assert shown is not None
