@@ -75,8 +75,13 @@ _XML: Final = re.compile(
     re.IGNORECASE,
 )
 _PROMISED: Final = {
-    **{"html": "HTML", "junit": "XML of testsuites", "sarif": "JSON", "json": "JSON"},
-    **{"mcap": "a file of MCAP", "rosbag": "a bag of ROS 1", "xodr": "a map"},
+    "html": "HTML",
+    "junit": "XML of testsuites",
+    "sarif": "JSON",
+    "json": "JSON",
+    "mcap": "a file of MCAP",
+    "rosbag": "a bag of ROS 1",
+    "xodr": "a map",
 }
 """What options write: one whose file is of another kind is refused before anything is done."""
 _HEAD_BYTES: Final = 1_000_000
