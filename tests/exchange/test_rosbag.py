@@ -185,8 +185,8 @@ def test_bag_that_was_recorded_is_not_replaced(
     with rosbag1.Writer(tmp_path / "drive.bag") as writer:
         writer.add_connection("/clock", kind, typestore=store, callerid="/adeye")
     store, plugin = get_typestore(Stores.ROS2_HUMBLE), rosbag2.StoragePlugin.MCAP
-    with rosbag2.Writer(tmp_path / "drive", version=9, storage_plugin=plugin) as writer:
-        writer.add_connection("/clock", kind, typestore=store)
+    with rosbag2.Writer(tmp_path / "drive", version=9, storage_plugin=plugin) as second:
+        second.add_connection("/clock", kind, typestore=store)
     # Whatever lies beside metadata of ours is not for that reason ours.
     handing_out(rosbag=tmp_path / "mixed", shown=shown)(execution)
     (tmp_path / "mixed" / "mixed.mcap").write_bytes((tmp_path / "drive/drive.mcap").read_bytes())
