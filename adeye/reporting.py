@@ -15,7 +15,7 @@ from adeye.errors import InputError
 from adeye.exchange import needing, require_place
 from adeye.exchange.view import Account, Remark, RunView
 from adeye.judge.verdict import Verdict
-from adeye.outputs import has_mark, replacing, replacing_folder, write_atomically
+from adeye.outputs import replacing, replacing_folder, write_atomically
 from adeye.report.build import MAX_REPLAYS, ReplayRequest, ReportBuilder, drawn_in
 from adeye.report.claims import claims_of
 from adeye.report.comparison.compare import compare
@@ -542,10 +542,8 @@ def _mcap_writer() -> Write:
 
 def _osi_writer(folder: Path) -> Write:
     with needing("OSI", "osi"):
-        from adeye.exchange.osi import NAMES, write_osi
-    require_place(
-        folder, NAMES, "traces of OSI", lambda file: file.suffix == ".osi" or has_mark(file)
-    )
+        from adeye.exchange.osi import NAMES, is_own, write_osi
+    require_place(folder, NAMES, "traces of OSI", is_own)
     return lambda done, place: write_osi(RunView(done.trace), _account(done), place)
 
 
