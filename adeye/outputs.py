@@ -56,10 +56,34 @@ _SIGNED: Final = re.compile(
 )
 """Evidence that is kept and signed: only the verb that writes it may write it anew, as it may a
 baseline only that reads it first."""
-_OWN_MAP: Final = b'vendor="adeye"'
-"""What stands in the header of a map that adeye wrote: others are drawn by somebody."""
-_OWN_FMU: Final = b"resources/adeye_part.json"
-"""Name of the first file in an FMU that adeye wrote: others are somebody's work."""
+_OF_OTHERS: Final[Mapping[str, tuple[str, Pattern]]] = {
+    "a map": (".xodr", re.compile(rb'.*vendor="adeye"', re.DOTALL)),
+    "an FMU": (".fmu", re.compile(rb".{,64}resources/adeye_part\.json", re.DOTALL)),
+    "a bag of ROS 1": (".bag", re.compile(rb".*callerid=/adeye_replay", re.DOTALL)),
+    "a file of MCAP": (".mcap", re.compile(rb"\x89MCAP.{20}adeye ", re.DOTALL)),
+}
+"""Kinds of files that others make, too: how they end, and how they begin where adeye wrote them."""
+_BINARY: Final = {
+    b"PK": "an archive",
+    b"PAR1": "a table of Parquet",
+    b"#ROSBAG": "a bag of ROS 1",
+    b"\x89MCAP": "a file of MCAP",
+}
+_XML: Final = re.compile(
+    rb"(?:\xef\xbb\xbf)?\s*(?:(?:<\?[^>]*>|<!--(?:[^-]|-(?!->))*-->|<![a-z][^>]*>)\s*)*"
+    rb"<(?:[\w.-]+:)?([\w.-]+)",
+    re.IGNORECASE,
+)
+_PROMISED: Final = {
+    "html": "HTML",
+    "junit": "XML of testsuites",
+    "sarif": "JSON",
+    "json": "JSON",
+    "mcap": "a file of MCAP",
+    "rosbag": "a bag of ROS 1",
+    "xodr": "a map",
+}
+"""What options write: one whose file is of another kind is refused before anything is done."""
 _HEAD_BYTES: Final = 1_000_000
 _SQLITE: Final = b"SQLite format 3\0"
 _DESCRIPTOR: Final = re.compile(
@@ -85,8 +109,14 @@ class _Guard:
         taken = tuple(taken)
         seen: dict[object, str] = {}
         for name, path in files.items():
-            if any(is_same(path, other) for other in taken):
+            if any(is_same(path, other) or _is_in(other, path) for other in taken):
                 raise _refused(name, path, "belongs to the database")
+            for other, folder in files.items():
+                if _is_in(path, folder) and not is_stream(path):
+                    raise UsageError(
+                        f"{name} {str(path)!r} is in the folder of {other}, which is replaced",
+                        remedy="Name a place beside it.",
+                    )
             require_replaceable(path, name, known=self.known(path))
             found = _stat(path)
             key: object = descriptor_of(path) or _spelling(path)
@@ -210,6 +240,11 @@ def is_same(one: Path, other: Path) -> bool:
     return _spelling(one) == _spelling(other)
 
 
+def _is_in(path: Path, folder: Path) -> bool:
+    """Tell whether a path leads into a folder, whether any of it is there or not."""
+    return any(is_same(above, folder) for above in Path(os.path.realpath(path)).parents)
+
+
 def require_replaceable(path: Path, name: str = "", *, known: Collection[Pattern] = ()) -> None:
     """Refuse to put a file where something is that must not be lost.
 
@@ -244,12 +279,32 @@ def require_replaceable(path: Path, name: str = "", *, known: Collection[Pattern
         return
     if not stat.S_ISREG(found.st_mode):
         raise UsageError(f"{name or 'file'} {str(path)!r} is no regular file", remedy=_OTHER)
-    if why := _worth(real.suffix.lower(), _head(path), known):
+    if why := _worth(real.suffix.lower(), head := _head(path), known):
         raise _refused(name, path, why)
+    _require_kind(path, name, head, _PROMISED.get(name.removeprefix("--"), ""))
+
+
+def _require_kind(path: Path, name: str, head: bytes, written: str) -> None:
+    """Refuse to put a kind of content in the place of another one; what is empty is of none."""
+    if head and written and (kind := _kind(head)) != written:
+        raise _refused(name, path, f"is {kind}, where {written} is written")
+
+
+def _kind(head: bytes) -> str:
+    """Tell what a file holds, by its beginning."""
+    for begin, kind in _BINARY.items():
+        if head.startswith(begin):
+            is_fmu = _OF_OTHERS["an FMU"][1].match(head) or b"modelDescription.xml" in head
+            return "an FMU" if kind == "an archive" and is_fmu else kind
+    if found := _XML.match(head):
+        root = found[1].decode("ascii", "replace").lower()
+        return {"opendrive": "a map", "html": "HTML"}.get(root, f"XML of {root}")
+    return "JSON" if head.lstrip()[:1] in {b"{", b"["} else "text"
 
 
 def _worth(ending: str, head: bytes, known: Collection[Pattern]) -> str:
     """Tell why a file must not be lost, by its ending and its beginning; nothing if it may be."""
+    is_of = _kind(head)
     kinds = (
         (head.startswith(_SQLITE), "is a database"),
         (ending in _SOURCES, "is a source of plans or plug-ins"),
@@ -258,11 +313,21 @@ def _worth(ending: str, head: bytes, known: Collection[Pattern]) -> str:
             any(item not in known and item.match(head) for item in (_BASELINE, _SIGNED)),
             "is a baseline, a manifest or a signature",
         ),
-        (ending == ".xodr" and _OWN_MAP not in head, "is a map that adeye has not written"),
-        (ending == ".fmu" and _OWN_FMU not in head[:99], "is an FMU that adeye has not written"),
+        *(
+            (
+                (ending == end or is_of == kind) and own.match(head) is None,
+                f"is {kind} that adeye has not written",
+            )
+            for kind, (end, own) in _OF_OTHERS.items()
+        ),
         (ending not in _WRITTEN, "is there and has an ending that adeye never writes"),
     )
     return next((why for is_so, why in kinds if is_so), "") if head else ""
+
+
+def has_mark(path: Path) -> bool:
+    """Tell whether a file is of a kind that others make, too, and adeye has written it."""
+    return any(own.match(_head(path)) for _, own in _OF_OTHERS.values())
 
 
 def descriptor_of(path: Path) -> int | None:
@@ -361,6 +426,7 @@ def replacing(path: Path) -> Iterator[Path]:
         with _refusals_in_words(path):
             path.parent.mkdir(parents=True, exist_ok=True)
             yield temporary
+            _require_kind(path, "", _head(path), _kind(_head(temporary)))
             _sync(temporary)
             temporary.replace(path)
     finally:

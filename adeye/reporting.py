@@ -542,23 +542,23 @@ def _mcap_writer() -> Write:
 
 def _osi_writer(folder: Path) -> Write:
     with needing("OSI", "osi"):
-        from adeye.exchange.osi import NAMES, write_osi
-    require_place(folder, NAMES, "traces of OSI")
+        from adeye.exchange.osi import NAMES, is_own, write_osi
+    require_place(folder, NAMES, "traces of OSI", is_own)
     return lambda done, place: write_osi(RunView(done.trace), _account(done), place)
 
 
 def _commonroad_writer(folder: Path) -> Write:
-    from adeye.exchange.commonroad import NAMES, write_commonroad
+    from adeye.exchange.commonroad import NAMES, is_own, write_commonroad
 
-    require_place(folder, NAMES, "a scenario of CommonRoad")
+    require_place(folder, NAMES, "a scenario of CommonRoad", is_own)
     return lambda done, place: write_commonroad(RunView(done.trace), _account(done), place)
 
 
 def _rosbag_writer(path: Path, shown: BinaryIO | None) -> Write:
     with needing("rosbags", "viz"):
-        from adeye.exchange.rosbag import FILE, NAMES, write_rosbag
+        from adeye.exchange.rosbag import FILE, NAMES, is_own, write_rosbag
     if path.suffix != FILE:
-        require_place(path, NAMES, "a bag of ROS 2")
+        require_place(path, NAMES, "a bag of ROS 2", is_own)
 
     def write(_: Execution, place: Path) -> None:
         assert shown is not None

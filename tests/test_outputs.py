@@ -184,7 +184,7 @@ def test_evidence_and_what_was_never_written_are_not_replaced(tmp_path: Path) ->
                 {"-o": path} if kind == name[0] else {}, also_read=also_read, renewed=renewed
             ):
                 if kind == name[0]:
-                    write_atomically(b"new", path)
+                    write_atomically(b'{"new": 1}', path)
             path.write_text(content, "utf-8")
             if kind != name[0]:
                 given: Any = {"also_read": also_read, "renewed": renewed}
@@ -202,3 +202,79 @@ def test_what_was_read_is_not_written_whoever_passes_over_the_refusal(tmp_path: 
         refused(UsageError, write_atomically, b"new", link, says="is what is read")
     write_atomically(b"new", link)
     assert path.read_text("utf-8") == "x"
+
+
+@pytest.mark.parametrize("is_there", [False, True])
+def test_no_output_is_in_the_folder_of_another(tmp_path: Path, *, is_there: bool) -> None:
+    folder = tmp_path / "out"
+    if is_there:
+        (tmp_path / "link").symlink_to(folder)
+        folder.mkdir()
+    inner = (tmp_path / "link" if is_there else folder) / "a" / "r.mcap"
+    for files in ({"--rosbag": folder, "--mcap": inner}, {"--mcap": inner, "--rosbag": folder}):
+        refused(UsageError, guarded(files).__enter__, says="is in the folder of --rosbag")
+    kept = folder / "any.db"
+    refused(UsageError, guarded({"-o": folder}, taken=[kept]).__enter__, says="to the database")
+    with guarded({"--rosbag": folder, "--mcap": tmp_path / "out.mcap", "-o": Path("/dev/stdout")}):
+        pass
+
+
+MAP = b'<?xml version="1.0"?>\n<!-- a - b --><OpenDRIVE><header vendor="adeye"/></OpenDRIVE>'
+MCAP = b"\x89MCAP0\r\n\x01" + bytes([24, *[0] * 11, 12, 0, 0, 0])
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "says"),
+    [
+        ("x.bag", b"#ROSBAG V2.0\n... callerid=/talker", "a bag of ROS 1 that adeye has not"),
+        ("x.bag", b"text", "a bag of ROS 1 that adeye has not written"),
+        ("x.mcap", MCAP + b"rosbags-0.11", "a file of MCAP that adeye has not written"),
+        ("x.json", MCAP + b"rosbags-0.11", "a file of MCAP that adeye has not written"),
+        ("x.xml", MAP.replace(b"adeye", b"hand"), "a map that adeye has not written"),
+        ("x.bin", b"PK\3\4" + bytes(26) + b"modelDescription.xml", "an FMU that adeye has not"),
+    ],
+)
+def test_what_others_recorded_or_drew_is_not_replaced(
+    tmp_path: Path, name: str, content: bytes, says: str
+) -> None:
+    path = tmp_path / name
+    path.write_bytes(content)
+    refused(UsageError, guarded({"-o": path}).__enter__, says=says)
+    refused(UsageError, write_atomically, content, path, says=says)
+    assert path.read_bytes() == content
+
+
+KINDS: Any = [
+    ("m.xodr", MAP),
+    ("x.svg", b"<svg/>"),
+    ("x.xml", b"<testsuites/>"),
+    ("x.html", b"<!doctype html>\n<html lang='en'>"),
+    ("x.mcap", MCAP + b"adeye 0.1.0"),
+    ("x.bag", b"#ROSBAG V2.0\n... callerid=/adeye_replay"),
+    ("x.fmu", b"PK\3\4" + bytes(26) + b"resources/adeye_part.json"),
+    ("x.npz", b"PK\3\4" + bytes(26) + b"ego.npy"),
+    ("x.parquet", b"PAR1"),
+    ("x.json", b' {"schema": "adeye/report@1"}'),
+    ("x.csv", b"a,b\n1,2\n"),
+]
+
+
+@pytest.mark.parametrize(("name", "content"), KINDS)
+def test_only_content_of_one_kind_is_replaced(tmp_path: Path, name: str, content: bytes) -> None:
+    path = tmp_path / name
+    path.write_bytes(content)
+    write_atomically(content + b"\n", path)
+    for other, new in KINDS:
+        if other != name:
+            refused(UsageError, write_atomically, new, path, says="would be overwritten")
+    assert path.read_bytes() == content + b"\n"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_option_that_promises_a_kind_is_refused_before_anything_is_done(tmp_path: Path) -> None:
+    path = tmp_path / "m.xodr"
+    path.write_bytes(MAP)
+    for option in ("--sarif", "--junit", "junit", "--mcap"):
+        refused(UsageError, guarded({option: path}).__enter__, says="is a map, where")
+    with guarded({"--xodr": path}):
+        pass

@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from adeye.cli import output as out
-from adeye.cli.options import Json, add, named, option, write_rows
+from adeye.cli.options import Json, add, named, option, pairs_of, write_rows
 from adeye.cli.progress import waiting
 from adeye.errors import UsageError, require_known
 from adeye.judge.verdict import ExitCode
-from adeye.units import Dimension, parse_quantity
 
 if TYPE_CHECKING:
     from adeye.selftest.conformance import Conformance
@@ -125,7 +124,7 @@ def simulate_fmu(
 
     reads(file)
     table = None if inputs is None else read_table(inputs)
-    values = dict(_assignment(item) for item in start or ())
+    values = {name: _value(text) for name, text in pairs_of("--start", start).items()}
     header, rows = simulate(file, stop, step, table, values)
     if output is None:
         out.emit_document(out.csv_text(header, rows).rstrip())
@@ -167,6 +166,7 @@ def export_fmu(  # noqa: PLR0917 - options of the command line
     """
     from adeye.simulate.fmu_export import OF_SCENARIO, Export, write_fmu
     from adeye.spec.load import load_architecture, load_scenario
+    from adeye.spec.odd import value_of_key
     from adeye.sweep.axes import default_values, parameter_value
 
     knows = part.value in OF_SCENARIO
@@ -175,13 +175,12 @@ def export_fmu(  # noqa: PLR0917 - options of the command line
             f"{part.value} {'needs an' if knows else 'has no'} ID and --scenario",
             remedy="A sensor or channel has them, plant and arbiter do not.",
         )
-    found = Export(
-        part.value, load_architecture(architecture).spec, parse_quantity(step, Dimension.TIME)
-    )
+    seed = value_of_key("seed", seed)
+    found = Export(part.value, load_architecture(architecture).spec, value_of_key("step", step))
     if name is not None and scenario is not None:
         record = load_scenario(scenario).spec
         values = default_values(record)
-        for key, text in (_named(item, "--set") for item in value or ()):
+        for key, text in pairs_of("--set", value).items():
             require_known([key], record.parameters, lambda key: f"--set: no parameter {key!r}")
             values[key] = parameter_value(record.parameters[key], text)
         found = replace(found, name=name, scenario=record, parameters=values, seed=seed)
@@ -190,23 +189,15 @@ def export_fmu(  # noqa: PLR0917 - options of the command line
     out.wrote(path)
 
 
-def _named(text: str, flag: str) -> tuple[str, str]:
-    name, sign, value = text.partition("=")
-    if not sign or not name:
-        raise UsageError(f"{flag} {text} is not NAME=VALUE", remedy=f"As in {flag} gain=0.5.")
-    return name, value
-
-
-def _assignment(text: str) -> tuple[str, Any]:
-    name, value = _named(text, "--start")
-    if value in {"true", "false"}:
-        return name, value == "true"
+def _value(text: str) -> Any:
+    if text in {"true", "false"}:
+        return text == "true"
     for kind in (int, float):
         try:
-            return name, kind(value)
+            return kind(text)
         except ValueError:
             continue
-    return name, value
+    return text
 
 
 add(fmu_app, show_fmu, name="show")

@@ -158,8 +158,9 @@ _LISTED: Final = 20
 def check_map(file: MapFile, json: Json = False) -> None:
     """Check whether the lanes of a map hold together.
 
-    Gaps and kinks where lanes meet, lanes that end or overlap, links against the direction of
-    driving or of one side only, bends tighter than a car can drive, lanes without width, junctions
+    Gaps and kinks where lanes meet, lanes that end, overlap or lead into one that is not driven on,
+    links against the direction of driving or of one side only, bends tighter than a car can drive,
+    lanes without width or of a type that OpenDRIVE does not know, speed limits of 0, junctions
     without the connections that they need. Where a road ends with the map is a note.
 
     Exit codes: 0 no error, 1 an error among the findings, 2 a file that cannot be read.

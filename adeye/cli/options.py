@@ -439,6 +439,23 @@ def sizes_of(texts: Sequence[str], option: str, example: str) -> dict[str, float
     return sizes
 
 
+def pairs_of(option: str, texts: Sequence[str] | None) -> dict[str, str]:
+    """Read an option that is given as NAME=VALUE, once for each name.
+
+    Raises:
+        UsageError: One is not so, or given twice.
+    """
+    pairs: dict[str, str] = {}
+    for text in texts or ():
+        name, sign, value = (part.strip() for part in text.partition("="))
+        if not (name and sign and value):
+            raise UsageError(f"{option} {text!r} is no pair", remedy="Write NAME=VALUE.")
+        if name in pairs:
+            raise UsageError(f"{option} names {name!r} twice", remedy="Give it once.")
+        pairs[name] = value
+    return pairs
+
+
 def add(app: typer.Typer, verb: Callable[..., None], *, name: str = "", panel: str = "") -> None:
     """Add a verb to an app.
 

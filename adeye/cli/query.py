@@ -19,7 +19,7 @@ from adeye.judge.verdict import Verdict, exit_of_verdict
 from adeye.outputs import replacing, write_atomically
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable
 
     from adeye.judge.evaluate import Judgement
     from adeye.judge.stl.table import JudgedTable
@@ -377,12 +377,12 @@ def stl(  # noqa: PLR0917 - options
     """
     from adeye.judge.stl.table import Reading, judge_table, read_table
 
-    declared = _pairs("--words", words)
+    declared = opt.pairs_of("--words", words)
     reading = Reading(
         time=time,
-        units=_pairs("--unit", unit),
+        units=opt.pairs_of("--unit", unit),
         words={name: [word.strip() for word in text.split(",")] for name, text in declared.items()},
-        parameters=_pairs("--set", set_),
+        parameters=opt.pairs_of("--set", set_),
         horizon=horizon,
     )
     found = judge_table(formula, read_table(table), reading)
@@ -392,18 +392,6 @@ def stl(  # noqa: PLR0917 - options
     if output is not None:
         out.wrote(output)
     raise typer.Exit(exit_of_verdict(found.verdict))
-
-
-def _pairs(option: str, texts: Sequence[str] | None) -> dict[str, str]:
-    pairs: dict[str, str] = {}
-    for text in texts or ():
-        name, sign, value = (part.strip() for part in text.partition("="))
-        if not (name and sign and value):
-            raise UsageError(f"{option} {text!r} is no pair", remedy="Write NAME=VALUE.")
-        if name in pairs:
-            raise UsageError(f"{option} names {name!r} twice", remedy="Give it once.")
-        pairs[name] = value
-    return pairs
 
 
 def _print_judged(found: JudgedTable) -> None:

@@ -13,7 +13,7 @@ from adeye.errors import InputError, UsageError
 
 if TYPE_CHECKING:
     import re
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
     from pathlib import Path
 
 _FOREIGN: Final = frozenset({"foxglove", "google", "mcap", "mcap_protobuf", "osi3", "rosbags"})
@@ -41,20 +41,25 @@ def needing(form: str, extra: str) -> Iterator[None]:
         ) from error
 
 
-def require_place(folder: Path, names: re.Pattern[str], what: str) -> None:
-    """Refuse a folder that holds something else than what is written there.
+def require_place(
+    folder: Path, names: re.Pattern[str], what: str, is_own: Callable[[Path], bool]
+) -> None:
+    """Refuse a folder that holds something else than what adeye has written there.
 
     Args:
         folder: Which is replaced.
         names: Of the files that are written there.
         what: They are, in words.
+        is_own: Tells whether adeye has written a file that has such a name.
 
     Raises:
         UsageError: It does.
     """
-    others = [item.name for item in folder.iterdir()] if folder.is_dir() else []
-    if any(names.fullmatch(name) is None for name in others):
+    files = sorted(folder.iterdir()) if folder.is_dir() else []
+    remedy = "Name another folder; what is written takes the place of the former one only."
+    if any(names.fullmatch(item.name) is None for item in files):
+        raise UsageError(f"folder {str(folder)!r} holds something else than {what}", remedy=remedy)
+    if not all(item.is_file() and is_own(item) for item in files):
         raise UsageError(
-            f"folder {str(folder)!r} holds something else than {what}",
-            remedy="Name another folder; what is written takes the place of the former one only.",
+            f"folder {str(folder)!r} holds {what} that adeye has not written", remedy=remedy
         )

@@ -43,6 +43,9 @@ _KINDS: Final = {
 }
 _MARKINGS: Final = {"solid": "solid", "dashed": "dashed", "none": "no_marking"}
 NAMES: Final = re.compile(r"(solution_)?ZAM_\w+-1_1_T-1\.xml")
+_OWN: Final = re.compile(rb'author="adeye"|<CommonRoadSolution [^>]*date="1970-01-01T00:00:00"')
+"""How files begin that were written here."""
+_HEAD: Final = 1_000
 """What the files are called that are written."""
 _MEET: Final = 1e-3
 """Distance up to which the end of a lane is the beginning of another [m]."""
@@ -64,6 +67,12 @@ def write_commonroad(view: RunView, account: Account, folder: Path) -> None:
     name = f"{benchmark_of(account)}.xml"
     (folder / name).write_bytes(render_scenario(view, account))
     (folder / f"solution_{name}").write_bytes(render_solution(view, account))
+
+
+def is_own(file: Path) -> bool:
+    """Tell whether a file was written here."""
+    with file.open("rb") as stream:
+        return _OWN.search(stream.read(_HEAD)) is not None
 
 
 def render_scenario(view: RunView, account: Account) -> bytes:

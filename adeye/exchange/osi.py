@@ -29,6 +29,7 @@ from adeye import signals as columns
 from adeye.exchange.container import mcap_file
 from adeye.exchange.view import nanoseconds
 from adeye.kernel.motion import point_velocity
+from adeye.outputs import has_mark
 from adeye.version import __version__
 
 if TYPE_CHECKING:
@@ -99,6 +100,11 @@ def channels_of(view: RunView) -> tuple[Channel, ...]:
 
 
 # --- Files ----------------------------------------------------------------------------------------
+
+
+def is_own(file: Path) -> bool:
+    """Tell whether a file was written here; single traces say so by the day that they begin."""
+    return file.suffix == ".osi" or has_mark(file)
 
 
 def write_osi(view: RunView, account: Account, folder: Path) -> list[str]:

@@ -29,6 +29,12 @@ FILE: Final = ".bag"
 NAMES: Final = re.compile(r"metadata\.yaml|.*\.mcap")
 """Files in a bag of ROS 2."""
 
+_MARK: Final = ("adeye_replay", "what a channel was shown")
+"""What is said in a bag, for it to be known from what somebody recorded; ``outputs`` knows bags of
+ROS 1 by who is said to have sent it all."""
+_TAIL: Final = 1_000_000
+"""Part of a file that holds its metadata, which come last [bytes]."""
+
 
 def write_rosbag(lines: Iterable[bytes], path: Path, name: str) -> None:
     """Write a bag, always the same bytes.
@@ -50,16 +56,25 @@ def write_rosbag(lines: Iterable[bytes], path: Path, name: str) -> None:
         made = Path(folder, name)
         plugin = rosbag2.StoragePlugin.MCAP
         with rosbag2.Writer(made, version=9, storage_plugin=plugin) as writer:
+            writer.set_custom_data(*_MARK)
             _write(writer, _Types(2), hello, told)
         for file in made.iterdir():
             file.rename(path / file.name)
 
 
+def is_own(file: Path) -> bool:
+    """Tell whether a file in a bag of ROS 2 is of one that was written here."""
+    with file.open("rb") as stream:
+        stream.seek(max(0, file.stat().st_size - _TAIL))
+        return ": ".join(_MARK).encode() in stream.read()
+
+
 def _write(writer: Any, types: _Types, hello: Mapping[str, Any], lines: Iterable[bytes]) -> None:
     topics = Topics(hello, types.version)
+    said = {"callerid": f"/{_MARK[0]}"} if types.version == 1 else {}
     connections = {
         name: writer.add_connection(
-            f"/{topics.topic(name).lstrip('/')}", _named(kind), typestore=types.store
+            f"/{topics.topic(name).lstrip('/')}", _named(kind), typestore=types.store, **said
         )
         for name, kind in TOPICS.items()
     }

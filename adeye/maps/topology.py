@@ -25,7 +25,9 @@ from adeye.maps.network import (
     link_at,
 )
 from adeye.maps.opendrive import Floats, OpenDrive
+from adeye.maps.opendrive_reader import LANE_TYPES
 from adeye.maps.outlines import Points, points_along, strips_of
+from adeye.units import shown
 
 Severity = Literal["error", "warning", "note"]
 
@@ -81,6 +83,7 @@ def check_topology(drive: OpenDrive) -> list[Finding]:
         *_ends(scene),
         *_shapes(scene),
         *_within(scene),
+        *_words(scene),
         *_overlaps(scene, said),
         *_junctions(drive),
     ]
@@ -188,7 +191,7 @@ def _ends(scene: _Scene) -> Iterator[Finding]:
         (row, end, is_exit)
         for row in np.flatnonzero(scene.is_driven & (network.way != 0)).tolist()
         for is_exit, neighbours in ((True, network.following), (False, network.preceding))
-        if not len(neighbours(row))
+        if not scene.is_driven[neighbours(row)].any()
         for end in (0, 1)
         if leaves_by(network.way[row], end) == is_exit
     ]
@@ -197,7 +200,15 @@ def _ends(scene: _Scene) -> Iterator[Finding]:
     for row, end, is_exit in ends:
         at = scene.point(row, end)
         link = _link_of(scene, row, end)
-        if link == "none":
+        others = network.following(row) if is_exit else network.preceding(row)
+        if len(others):
+            # Works say by themselves why a lane ends.
+            is_closed = any(scene.rows.lanes[other].type == "roadWorks" for other in others)
+            if scene.points.width[at] > NARROW and not is_closed:
+                kind, verb = ("dead_end", "leads into") if is_exit else ("unreached", "comes from")
+                message = f"{verb} {network.name(int(others[0]))}, which is not driven on"
+                yield scene.finding(kind, "warning", at, float(scene.points.width[at]), message)
+        elif link == "none":
             if is_exit:
                 yield _edge(scene, row, at, begun)
         elif link == "junction":
@@ -271,6 +282,29 @@ def _within(scene: _Scene) -> Iterator[Finding]:
                         yield from _step(step, strip.lane.line, place, "goes on")
         for step in lanes.height_steps(road, 0.0, road.length):
             yield from _step(step, road.line, f"road {road.id}", "the height goes on")
+
+
+def _words(scene: _Scene) -> Iterator[Finding]:
+    """Yield what is said of roads and lanes and cannot be meant."""
+    for road in scene.rows.map.roads.values():
+        for kind in road.types:
+            if kind.limit <= 0.0:
+                yield _no_speed(kind.line, f"road {road.id}, s {kind.s:.2f} m")
+        for number, section in enumerate(road.sections):
+            for lane in section.lanes:
+                place = f"road {road.id}, section {number}, lane {lane.id}"
+                if lane.type not in LANE_TYPES:
+                    message = f"type {shown(lane.type)} is none of OpenDRIVE: it is not driven on"
+                    yield _nowhere("unknown_type", "warning", lane.line, place, message)
+                row = scene.rows.find(road.id, number, lane.id)
+                for speed in lane.speeds if row is not None and scene.is_driven[row] else ():
+                    if speed.limit <= 0.0:
+                        yield _no_speed(speed.line, place)
+
+
+def _no_speed(line: int, place: str) -> Finding:
+    message = "has a speed limit of 0, so that nobody may drive on"
+    return _nowhere("no_speed", "error", line, place, message)
 
 
 def _step(step: lanes.Step, line: int, place: str, what: str) -> Iterator[Finding]:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated, ClassVar, Final, Literal
+from typing import Annotated, Any, ClassVar, Final, Literal
 
-from pydantic import Field, StringConstraints
+from pydantic import Field, StringConstraints, TypeAdapter, ValidationError
 
-from adeye.errors import suggest
+from adeye.errors import UsageError, suggest
 from adeye.spec import quantity as q
 from adeye.spec.document import Loc, Problem, finds, repeated
 from adeye.spec.fault import AnyFault
@@ -342,6 +342,21 @@ class Odd(FileRecord):
         for at, use in enumerate(self.scenarios):
             for loc, text in _entries(use, faults):
                 yield ("scenarios", at, *loc), text
+
+
+def value_of_key(name: str, value: Any) -> Any:
+    """Read what an option is given as the key of an ODD that is called like it.
+
+    Raises:
+        UsageError: An ODD would be refused for it.
+    """
+    field = Odd.model_fields[name]
+    kind: Any = Annotated[field.annotation, *field.metadata]
+    try:
+        return TypeAdapter(kind).validate_python(value)
+    except ValidationError as error:
+        said = error.errors()[0]["msg"].replace("Input should be", "must be")
+        raise UsageError(f"--{name} {value}: {said}", remedy="As in an ODD.") from error
 
 
 def _entries(use: ScenarioUse, faults: list[str]) -> Iterator[Problem]:

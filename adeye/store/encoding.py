@@ -199,12 +199,23 @@ def _insert_statement(table: Table) -> str:
 def driver_insert(connection: Connection, table: Table, rows: Sequence[Row]) -> None:
     """Insert rows that have a value for every column, without a word in the ledger.
 
-    ``inserting.insert_rows`` is what evidence enters by.
+    ``ledger.insert_rows`` is what evidence enters by.
+
+    Raises:
+        IntegrityError: The database took other rows than that, without an error.
     """
+    if not rows:
+        return
     if is_server(connection):
-        postgres.insert_rows(connection, table, rows)
-    elif rows:
-        connection.exec_driver_sql(_insert_statement(table), rows)
+        taken = postgres.insert_rows(connection, table, rows)
+    else:
+        taken = connection.exec_driver_sql(_insert_statement(table), rows).rowcount
+    if taken != len(rows):
+        raise IntegrityError(
+            f"the database kept {taken:,} of {len(rows):,} rows of table {table.name}: something "
+            "in it, such as a trigger, acts on what is written. Nothing was changed. See 'adeye db "
+            "verify'."
+        )
 
 
 def stored_rows(

@@ -225,23 +225,21 @@ def require_readable(connection: Connection, location: Location) -> None:
         raise unreadable(location, user)
 
 
-def insert_rows(connection: Connection, table: Table, rows: Sequence[tuple[Any, ...]]) -> None:
-    """Insert rows that have a value for every column, in the order of the columns."""
-    if not rows:
-        return
+def insert_rows(connection: Connection, table: Table, rows: Sequence[tuple[Any, ...]]) -> int:
+    """Insert rows that have a value for every column, in order, and count those that were taken."""
     columns = ", ".join(column.name for column in table.columns)
     if len(rows) < _COPIED:
         places = ", ".join("?" for _ in table.columns)
-        connection.exec_driver_sql(
+        return connection.exec_driver_sql(
             f"INSERT INTO {table.name} ({columns}) VALUES ({places})",  # noqa: S608 - own names
             list(rows),
-        )
-        return
+        ).rowcount
     cursor: Any = connection.connection.cursor()
     with cursor.copy(f"COPY {table.name} ({columns}) FROM STDIN (FORMAT BINARY)") as copy:
         copy.set_types(_types(table))
         for row in rows:
             copy.write_row(row)
+    return int(cursor.rowcount)
 
 
 @cache

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from adeye.selftest.conformance import CASES
-from adeye.spec.load import shipped
+from adeye.spec.load import catalogue_files, shipped
 from tests.cli.conftest import Verb
 from tests.selftest import flawed
 
@@ -53,3 +53,28 @@ def test_what_cannot_be_checked_is_an_input_error(adeye: Verb) -> None:
     assert "is not there" in adeye("channel", "check", "./nothing").refused
     assert "names no file" in adeye("channel", "check", "perl").refused
     assert "is no architecture" in adeye("channel", "check", "perl", "--channel", "x").refused
+
+
+@pytest.mark.parametrize(
+    ("given", "says"),
+    [
+        (("--step", "0 s"), "--step 0 s: must be greater than 0"),
+        (("--step", "1e9 s"), "--step 1e9 s: must be less than or equal to 1"),
+        (("--step", "5 m"), "--step 5 m"),
+        (("--seed", "-1"), "--seed -1: must be greater than or equal to 0"),
+        (("--set", "gap=30 m", "--set", "gap=40 m"), "--set names 'gap' twice"),
+        (("--set", "gap=90 m"), "outside the scenario's range"),
+    ],
+)
+def test_part_is_exported_only_as_an_odd_could_have_it(
+    adeye: Verb, folder: Path, given: tuple[str, ...], says: str
+) -> None:
+    scenario = str(catalogue_files(None)["cut_in"])
+    more = ("safety", "--scenario", scenario, *given)
+    assert says in adeye("fmu", "export", "channel", str(CANDIDATE), *more).refused
+    assert not list(folder.iterdir())
+
+
+def test_start_value_is_given_once(adeye: Verb) -> None:
+    more = ("--stop", "1", "--step", "0.1", "--start", "a=1", "--start", "a=2")
+    assert "--start names 'a' twice" in adeye("fmu", "simulate", "x.fmu", *more).refused

@@ -85,6 +85,23 @@ def test_folder_of_something_else_is_refused_before_anything_is_done(
     assert contents(tmp_path) == {"thesis.tex": b"mine"}
 
 
+@pytest.mark.parametrize("form", ["osi", "commonroad"])
+def test_folder_of_that_form_by_somebody_else_is_refused(
+    done: Execution, tmp_path: Path, form: str
+) -> None:
+    given: dict[str, Any] = {form: tmp_path / form}
+    handing_out(**given)(done)
+    for path in (tmp_path / form).iterdir():
+        content = path.read_bytes()
+        other = content.replace(b"adeye", b"drawn").replace(b"1970-", b"2020-")
+        if other != content:
+            path.write_bytes(other)
+            with pytest.raises(UsageError, match="that adeye has not written"):
+                handing_out(**given)
+            path.write_bytes(content)
+    handing_out(**given)(done)
+
+
 @pytest.mark.parametrize(
     ("package", "asked", "extra"),
     [

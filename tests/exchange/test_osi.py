@@ -207,9 +207,9 @@ def test_same_run_gives_the_same_bytes(made: HandMade, tmp_path: Path) -> None:
 
 
 def test_folder_of_something_else_is_left_alone(made: HandMade, tmp_path: Path) -> None:
-    require_place(tmp_path / "new", osi.NAMES, "traces")
+    require_place(tmp_path / "new", osi.NAMES, "traces", osi.is_own)
     written(made.trace(), tmp_path)
-    require_place(tmp_path, osi.NAMES, "traces")
+    require_place(tmp_path, osi.NAMES, "traces", osi.is_own)
     (tmp_path / "notes.txt").write_text("mine")
     with pytest.raises(UsageError, match="holds something else"):
-        require_place(tmp_path, osi.NAMES, "traces")
+        require_place(tmp_path, osi.NAMES, "traces", osi.is_own)

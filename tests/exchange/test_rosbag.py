@@ -174,6 +174,34 @@ def test_stored_run_is_written(
     handing_out(rosbag=tmp_path / name, shown=shown)(execution)
 
 
+def test_bag_that_was_recorded_is_not_replaced(
+    done: tuple[Execution, io.BytesIO], tmp_path: Path
+) -> None:
+    from rosbags import rosbag1, rosbag2
+    from rosbags.typesys import Stores, get_typestore
+
+    execution, shown = done
+    kind, store = "std_msgs/msg/Header", get_typestore(Stores.ROS1_NOETIC)
+    with rosbag1.Writer(tmp_path / "drive.bag") as writer:
+        writer.add_connection("/clock", kind, typestore=store, callerid="/adeye")
+    store, plugin = get_typestore(Stores.ROS2_HUMBLE), rosbag2.StoragePlugin.MCAP
+    with rosbag2.Writer(tmp_path / "drive", version=9, storage_plugin=plugin) as second:
+        second.add_connection("/clock", kind, typestore=store)
+    # Whatever lies beside metadata of ours is not for that reason ours.
+    handing_out(rosbag=tmp_path / "mixed", shown=shown)(execution)
+    (tmp_path / "mixed" / "mixed.mcap").write_bytes((tmp_path / "drive/drive.mcap").read_bytes())
+    for name in ("drive.bag", "drive", "mixed"):
+        path = tmp_path / name
+        files = [path] if path.is_file() else sorted(path.iterdir())
+        before = [file.read_bytes() for file in files]
+
+        def write(path: Path = path) -> None:
+            handing_out(rosbag=path, shown=shown)(execution)
+
+        refused(UsageError, write, says="that adeye has not written")
+        assert [file.read_bytes() for file in files] == before
+
+
 def test_folder_of_somebody_else_is_kept(tmp_path: Path) -> None:
     (tmp_path / "mine.txt").write_text("mine")
     refused(UsageError, handing_out, rosbag=tmp_path, shown=io.BytesIO(), says="bag of ROS 2")

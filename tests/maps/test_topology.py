@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from adeye.maps.carriageway import Lanes
-from adeye.maps.opendrive import OpenDrive, Road, RoadLink
+from adeye.maps.opendrive import LaneSpeed, OpenDrive, Road, RoadLink, RoadType
 from adeye.maps.places import Asked, places_of
 from adeye.maps.topology import Finding, check_topology
 from tests.drawn_roads import WIDE, crossing, cubics, lane, network, piece, road, section
@@ -207,3 +207,41 @@ def test_a_street_steeper_than_any_is_no_place() -> None:
         drive = network(road(*lanes, elevations=cubics((0.0, 0.0, grade, 0.0, 0.0))))
         found_there = places_of(Lanes.of(drive), "m", Asked("carriageway", 0.0, 350.0)).places
         assert len([place for place in found_there if place.key == "m:1+0"]) == count
+
+
+@pytest.mark.parametrize(
+    ("middle", "wanted"),
+    [
+        ({}, set()),
+        ({"type": "none"}, {"dead_end", "unreached"}),
+        ({"type": "roadWorks"}, set()),
+        ({"type": "x"}, {"unknown_type", "dead_end", "unreached"}),
+        ({"speeds": (LaneSpeed(0.0, 0.0, 7),)}, {"no_speed"}),
+        ({"type": "none", "speeds": (LaneSpeed(0.0, 0.0, 7),)}, {"dead_end", "unreached"}),
+        ({"speeds": (LaneSpeed(0.0, math.inf, 7), LaneSpeed(9.0, 5.0, 8))}, set()),
+    ],
+)
+def test_chain_of_lanes_is_driven_throughout(middle: Any, wanted: set[str]) -> None:
+    links = {"predecessors": (-1,), "successors": (-1,)}
+    parts = [
+        section(lane(0), lane(-1, WIDE, successors=(-1,))),
+        section(lane(0), lane(-1, WIDE, **links, **middle), s=30.0),
+        section(lane(0), lane(-1, WIDE, predecessors=(-1,)), s=60.0),
+    ]
+    items = found(network(road([piece("line", 100.0)], *parts)))
+    assert set(items) == wanted
+    for kind in wanted:
+        assert items[kind].severity == ("error" if kind == "no_speed" else "warning")
+    if "dead_end" in items:
+        assert items["dead_end"].place.startswith("road 1, section 0, lane -1")
+        assert "leads into road 1, section 1, lane -1, which" in items["dead_end"].message
+
+
+def test_limit_of_zero_of_a_road_is_an_error() -> None:
+    def drawn(limit: float) -> OpenDrive:
+        types = (RoadType(0.0, "rural", limit, 5),)
+        return network(road([piece("line", 100.0)], ALONE, types=types))
+
+    assert found(drawn(0.0))["no_speed"].line == 5
+    assert not found(drawn(math.nan))
+    assert not found(drawn(13.9))

@@ -10,13 +10,15 @@ import numpy as np
 import pytest
 from sqlalchemy import MetaData
 
+from adeye.errors import IntegrityError
 from adeye.store import ledger, tables
 from adeye.store.database import Database
 from adeye.store.encoding import row
 from adeye.store.ledger import insert_rows
 from adeye.store.repository import Repository
+from tests.refusals import refused
 from tests.store.conftest import Example, Store
-from tests.store.raw import unguarded
+from tests.store.raw import on_sqlite, unguarded
 
 HASHES = [f"{value:032x}" for value in (5, 2**128 - 1, 2**64 + 7)]
 
@@ -69,6 +71,28 @@ def test_transaction_that_fails_leaves_no_entry(store: Store, database: Database
     with database.write() as connection:
         insert_rows(connection, tables.CONTENT["odd"], [content("b")])
     assert store.rows(entries) == [(1, 0, 1, 1)]
+
+
+@on_sqlite
+@pytest.mark.parametrize("table", ["withdrawal", "ledger"])
+def test_what_the_database_drops_without_a_word_is_not_said_to_be_written(
+    store: Store, table: str
+) -> None:
+    run = store.repository.find_run("0", campaign=store.campaign(4)).result_digest
+    kept = f"SELECT * FROM {table}"  # noqa: S608 - names of this test
+    before = store.rows(kept)
+    drop = f"CREATE TRIGGER z BEFORE INSERT ON {table} BEGIN SELECT RAISE(IGNORE); END"
+    store.raw.execute(drop)
+    evidence = store.repository.evidence
+
+    def withdraw() -> None:
+        evidence.withdraw(run, author="me", reason="wrong map")
+
+    refused(IntegrityError, withdraw, says=f"kept 0 of 1 rows of table {table}")
+    assert store.rows(kept) == before
+    assert evidence.withdrawals() == ()
+    store.raw.execute("DROP TRIGGER z")
+    assert evidence.withdraw(run, author="me", reason="wrong map")
 
 
 def test_entries_are_written_early(

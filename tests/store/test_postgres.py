@@ -65,7 +65,7 @@ def stored(connection: Connection) -> list[Any]:
 def test_few_rows_and_many_go_in_as_they_are(database: Database, count: int) -> None:
     rows = odd_rows(count)
     with database.write() as connection:
-        postgres.insert_rows(connection, tables.CONTENT["odd"], rows)
+        assert postgres.insert_rows(connection, tables.CONTENT["odd"], rows) == count
         assert stored(connection) == rows
 
 
