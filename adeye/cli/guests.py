@@ -139,7 +139,7 @@ def export_fmu(  # noqa: PLR0917 - options of the command line
     name: Annotated[str | None, typer.Argument(metavar="[ID]")] = None,
     scenario: Annotated[Path | None, option("--scenario FILE")] = None,
     value: Annotated[list[str] | None, option("--set NAME=VALUE")] = None,
-    step: Annotated[str, option("--step TIME")] = "0.05 s",
+    step: Annotated[str, option("--step TIME", env="EXPORT_STEP")] = "0.05 s",
     seed: Annotated[int, option("--seed N")] = 0,
     output: Annotated[Path | None, option("--output -o FMU", callback=named)] = None,
 ) -> None:
