@@ -62,22 +62,40 @@ def campaign_called(repository: Repository, name: str) -> CampaignInfo | None:
     """Find a campaign by its ODD, number or digest; None for a word that can be none of them.
 
     Raises:
-        InputError: The ODD's file is wrong, or has no campaign.
+        InputError: The ODD's file is wrong, has no campaign, or was edited since: what is told of
+            the old one would be taken for what the file asks for.
     """
     if is_file_name(name):
-        return _latest_of_file(repository, name)
+        meant = campaign_of_file(repository, name)
+        if meant.edits:
+            number = meant.campaign.number
+            raise UsageError(
+                f"{name} plans something else than campaign {number}; edited: {meant.edits}",
+                remedy=f"Run adeye run {name} first, or name campaign {number}, not the file.",
+            )
+        return meant.campaign
     of_odd = repository.latest_campaign(name)
     if of_odd is None and is_campaign_name(name):
         return repository.find_campaign(name)
     return of_odd
 
 
-def find_called(repository: Repository, name: str | None) -> CampaignInfo:
+def find_called(
+    repository: Repository, name: str | None, *, may_be_edited: bool = False
+) -> CampaignInfo:
     """Find a campaign by its ODD's file or id, its number or digest, or the latest.
 
+    Args:
+        repository: The database.
+        name: What it is called.
+        may_be_edited: Whether the file need not plan what it has planned: the latest campaign of
+            its ODD is meant then.
+
     Raises:
-        InputError: There is none.
+        InputError: There is none, or it is not what the file plans.
     """
+    if may_be_edited and name is not None and is_file_name(name):
+        return _latest_of_file(repository, name)
     found = None if name is None else campaign_called(repository, name)
     return repository.find_campaign(name) if found is None else found
 

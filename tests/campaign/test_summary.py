@@ -10,12 +10,13 @@ from typing import Any
 
 import pytest
 
-from adeye.campaign.summary import campaign_of_file
+from adeye.campaign.summary import campaign_of_file, find_called
 from adeye.errors import UsageError
 from adeye.judge.verdict import ExitCode
 from adeye.reporting import GateOptions, gate_campaign
 from adeye.store.repository import Repository
 from tests.project import CANDIDATE, CANDIDATE_ONLY, CONCEPT, Project, one_scenario
+from tests.refusals import refused
 from tests.stored import stored
 
 ODD: dict[str, Any] = one_scenario(ego_speed=["80 km/h", "100 km/h"], gap=["50 m"])
@@ -83,6 +84,11 @@ def test_edit_is_named_and_incomplete_until_it_is_run(project: Project, words: s
     number, edits = meant(project)
     assert number == 1
     assert words in edits
+    with Repository.open(project.db, create=False) as repository:
+        # What is told of the old campaign would be taken for what the file asks for.
+        refused(UsageError, find_called, repository, str(project.odd), says=words)
+        assert find_called(repository, "1").number == 1
+        assert find_called(repository, str(project.odd), may_be_edited=True).number == 1
     result = gate_campaign(project.db, str(project.odd), GateOptions())
     assert result.exit_code is ExitCode.INCOMPLETE
     (finding,) = result.own

@@ -401,7 +401,7 @@ def certify(
         PlatformError: A batch cannot be executed.
     """
     with Repository.open(db, create=False) as repository:
-        campaign = find_called(repository, name)
+        campaign = find_called(repository, name, may_be_edited=True)
         # Executing again tells nothing of a stored verdict whose FSR has another limit by now.
         repository.require_sound(campaign.id)
         plan = _planned(repository, campaign, name)

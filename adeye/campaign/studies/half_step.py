@@ -294,7 +294,7 @@ def uncertainty_table(db: str | Path | None, what: str | None = None) -> Uncerta
         InputError: There is no such campaign, or it has no uncertainty.
     """
     with Repository.open(db, create=False) as repository:
-        info = find_called(repository, what)
+        info = find_called(repository, what, may_be_edited=True)
         repository.require_sound(info.id)
         odd = repository.content("odd", info.odd_digest)["odd"]
         lines = repository.hindsight.half_steps.uncertainty(info.id)

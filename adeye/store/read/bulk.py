@@ -384,7 +384,13 @@ def read_compared(
         connection, "run", "result_digest", ("number", "trace_digest"), cases.results, object
     )
     number = number.astype(np.float64)
-    has_run = np.isfinite(number)
+    withdrawn = {
+        digest for (digest,) in connection.exec_driver_sql("SELECT result_digest FROM withdrawal")
+    }
+    # What was withdrawn is as what was never executed.
+    stands = [digest not in withdrawn for digest in cases.results]
+    has_run = np.isfinite(number) & np.array(stands, dtype=bool)
+    trace = np.where(has_run, trace, None)
     numbers, inverse = np.unique(number[has_run].astype(np.int64), return_inverse=True)
     rows = np.full(len(cases.results), -1, dtype=np.int64)
     rows[has_run] = inverse

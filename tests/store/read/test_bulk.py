@@ -109,6 +109,24 @@ def test_planned_case_without_a_result_is_not_run(store: Store) -> None:
     assert not compared.has_object.any()
 
 
+def test_withdrawn_result_is_as_one_that_was_not_executed(store: Store) -> None:
+    campaign = store.campaign(8)
+    before = store.repository.compared(campaign, ("new", "legacy"))
+    (withdrawn,) = (
+        place
+        for place, digest in enumerate(before.result)
+        if digest == store.repository.find_run("1", campaign=campaign).result_digest
+    )
+    assert before.is_done[withdrawn]
+    store.vouched(campaign)
+    compared = store.repository.compared(campaign, ("new", "legacy"))
+    assert compared.is_done.sum() == before.is_done.sum() - 1
+    assert not compared.is_done[withdrawn]
+    judged = before.verdict[withdrawn] != NOT_JUDGED
+    assert (compared.verdict[withdrawn][judged] == NOT_RUN).all()
+    assert np.isnan(compared.margin[withdrawn]).all()
+
+
 def test_fsr_that_is_not_applicable_has_no_verdict(store: Store) -> None:
     store.example.not_applicable = {"FSR1": {"new": "no such signal"}}
     compared = store.repository.compared(store.campaign(), ("legacy", "new"))
