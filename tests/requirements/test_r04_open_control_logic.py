@@ -56,8 +56,8 @@ def test_every_built_in_kind_of_channel_is_here() -> None:
         for record in get_args(union)
         for kind in get_args(record.model_fields["kind"].annotation)
     }
-    # Behind a middleware is a program.
-    assert kinds == {*CHANNELS, *MIDDLEWARE}
+    # Behind a middleware, or at an address, is a program.
+    assert kinds == {*CHANNELS, *MIDDLEWARE, "remote"}
 
 
 @pytest.mark.parametrize("kind", CHANNELS)

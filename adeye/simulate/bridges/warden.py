@@ -100,6 +100,7 @@ class Warden:
         self._run = run
         self._folder = Path(tempfile.mkdtemp(prefix="adeye-"))
         self._programs: dict[int, _Program] = {}
+        self._leaders: set[int] = set()
         self._fds: list[int] = []
         self._text = b""
         self._watched = 0.0
@@ -154,6 +155,7 @@ class Warden:
         for fd in fds:
             os.close(fd)
         self._programs[pid] = _Program(message["start"], message["limits"]["processes"])
+        self._leaders.add(pid)
 
     def _end(self, number: int) -> None:
         for pid, program in self._programs.items():
@@ -196,9 +198,11 @@ class Warden:
                 program.why = "processes"
                 _kill_all(pid)
         for pid in children(os.getpid()):
-            if pid not in self._programs and _session(pid) not in self._programs:
+            session = _session(pid)
+            if pid not in self._programs and session not in self._programs:
                 _kill_all(pid)
-                self._say({"stray": pid})
+                if session not in self._leaders:  # else it ends with its leader
+                    self._say({"stray": pid})
 
     def _say(self, content: dict[str, Any]) -> None:
         self._control.sendall(json.dumps(content).encode() + b"\n")
