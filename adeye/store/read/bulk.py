@@ -390,7 +390,7 @@ def read_compared(
     # What was withdrawn is as what was never executed.
     stands = [digest not in withdrawn for digest in cases.results]
     has_run = np.isfinite(number) & np.array(stands, dtype=bool)
-    trace = np.where(has_run, trace, None)
+    trace[~has_run] = None
     numbers, inverse = np.unique(number[has_run].astype(np.int64), return_inverse=True)
     rows = np.full(len(cases.results), -1, dtype=np.int64)
     rows[has_run] = inverse
