@@ -36,6 +36,15 @@ class Deadlines(q.Record):
     run_deadline: Annotated[q.Duration, Field(gt=0.0)] = 300.0
     """Longest that it may keep its run waiting in all, by the wall clock [s]."""
 
+    def of_answer(self, *, begins: bool) -> float:
+        """Return how long an answer may take [s].
+
+        Args:
+            begins: Whether who answers may begin with this one only: an FMU initialises itself
+                then, and a node connects.
+        """
+        return max(self.start_deadline, self.step_deadline) if begins else self.step_deadline
+
 
 class ProgramParameters(Deadlines):
     """A program that decides: when it is stopped."""

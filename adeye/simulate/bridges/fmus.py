@@ -161,13 +161,7 @@ class Fmus:
                 "before": step.is_before,
             }
             lines[run] = _line(content)
-        deadlines = {
-            run: use.step_deadline
-            if self.ticks[run]
-            else max(use.start_deadline, use.step_deadline)  # it initialises itself
-            for run in lines
-            for use in [self._uses[run]]
-        }
+        deadlines = {run: self._uses[run].of_answer(begins=not self.ticks[run]) for run in lines}
         found: dict[int, list[Any] | Broken] = {}
         for run, answer in self._children.ask(lines, deadlines).items():
             found[run] = answer if isinstance(answer, Broken) else self._values(run, answer)

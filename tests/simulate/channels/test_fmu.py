@@ -179,6 +179,19 @@ def test_fmu_that_misbehaves_is_silent_in_its_run_and_no_other(name: str, tmp_pa
     assert [a.acceleration[1] for a in answers] == [a.acceleration[0] for a in alone]
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(("start", "is_there"), [("20 s", True), ("1.5 s", False)])
+def test_first_answer_may_take_as_long_as_the_start(
+    start: str, tmp_path: Path, *, is_there: bool
+) -> None:
+    cruise(tmp_path, "static int begun = 0; if (!begun++) sleep(3);", name="late")
+    given = parameters(file="./late.fmu", step_deadline="1.5 s", start_deadline=start)
+    channel = begun(tmp_path, given)
+    ask(channel, [20.0], 1)
+    (event,) = channel.events
+    assert (event is None) is is_there
+
+
 def test_what_an_fmu_prints_is_no_answer(tmp_path: Path) -> None:
     cruise(tmp_path, 'printf("{\\"tick\\":0,\\"values\\":[9,9]}\\n"); fflush(stdout);')
     channel = begun(tmp_path, parameters())

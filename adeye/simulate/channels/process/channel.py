@@ -241,7 +241,10 @@ class ProcessChannel(HostedChannel):
             run: protocol.encode(protocol.observation_shown(observation, run, self._ticks[run]))
             for run in self._open_runs(observation.running)
         }
-        deadlines = {run: self._deadline(run) for run in lines}
+        deadlines = {
+            run: self._parameters[run].of_answer(begins=bool(self._before) and not self._ticks[run])
+            for run in lines
+        }
         for run, line in self._children.ask(lines, deadlines).items():
             if isinstance(line, Broken):
                 self._fail(run, observation.time, line)
@@ -260,13 +263,6 @@ class ProcessChannel(HostedChannel):
                 command.stamp[run] = observation.time
         self._previous = self._failures.hold(command, self._previous)
         return self._previous
-
-    def _deadline(self, run: int) -> float:
-        """Return how long a run's next answer may take [s]; a node may begin with the first one."""
-        item = self._parameters[run]
-        is_first = self._ticks[run] == 0 and bool(self._before)
-        most: float = item.step_deadline
-        return max(item.start_deadline, most) if is_first else most
 
 
 class RemoteChannel(ProcessChannel):
