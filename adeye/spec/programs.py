@@ -43,7 +43,8 @@ class Deadlines(q.Record):
             begins: Whether who answers may begin with this one only: an FMU initialises itself
                 then, and a node connects.
         """
-        return max(self.start_deadline, self.step_deadline) if begins else self.step_deadline
+        step: float = self.step_deadline
+        return max(self.start_deadline, step) if begins else step
 
 
 class ProgramParameters(Deadlines):
