@@ -15,8 +15,10 @@ import re
 import struct
 import sys
 import sysconfig
+import threading
 import time
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import cache, lru_cache
 from glob import escape
 from importlib.machinery import ModuleSpec, SourceFileLoader, all_suffixes
@@ -25,7 +27,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, Final
 
-from adeye.errors import SpecError
+from adeye.errors import PluginError, SourceLocation, SpecError
 from adeye.identity import file_digest
 from adeye.outputs import reads
 
@@ -36,6 +38,10 @@ _EXECUTED: Final[dict[str, str]] = {}
 """Hash of the source that each module of a plug-in's package was executed from."""
 _LOOKED: Final[dict[str, float]] = {}
 """When the modules of each such package were last compared with their files [s since 1970]."""
+_HASHED: Final[set[str]] = set()
+"""Files that are in an identity, as they are without links."""
+_FILES: Final = "adeye_files"
+"""What a source calls the list of the files that it reads."""
 _PART_BYTES: Final = 1 << 20
 """What is read at once: a package may hold the weights of a network."""
 _STARTED: Final = 19
@@ -72,7 +78,7 @@ def files_digest(files: Iterable[File]) -> str:
     """Hash files with their labels."""
     digest = hashlib.sha256()
     for label, path in files:
-        reads(path)
+        _hashes(path)
         with path.open("rb") as stream:
             digest.update(f"{label} {os.fstat(stream.fileno()).st_size}\n".encode())
             while part := stream.read(_PART_BYTES):
@@ -83,9 +89,14 @@ def files_digest(files: Iterable[File]) -> str:
 def code_digest(files: Sequence[File], *, is_file: bool) -> str:
     """Hash the code of a part: of one that is named by its file, and imports none, just that."""
     if is_file and len(files) == 1:
-        reads(files[0][1])
+        _hashes(files[0][1])
         return file_digest(files[0][1])
     return files_digest(files)
+
+
+def _hashes(path: Path) -> None:
+    reads(path)
+    _HASHED.add(os.path.realpath(path))
 
 
 def with_imports(files: Iterable[File]) -> list[File]:
@@ -94,6 +105,10 @@ def with_imports(files: Iterable[File]) -> list[File]:
     Of an installed package it is the file with its name and version; of one that adeye itself needs
     and of the standard library, nothing. Of a package that is imported the code counts, but not its
     data. Of a source that imports by name it is all that can be imported in its folder and below.
+    What a source says that it reads, in ``adeye_files``, counts with it.
+
+    Raises:
+        SpecError: It says so in another way than by a list of names, or such a file is not there.
     """
     own, installed = _imports(found := list(files))
     imported = [file for code in own.values() for file in code]
@@ -101,7 +116,55 @@ def with_imports(files: Iterable[File]) -> list[File]:
     # Under one label, whether what is beside has been put on the path by now or not.
     known = {path.resolve() for _, path in beside}
     found += [file for file in imported if file[1].resolve() not in known]
-    return [*found, *beside, *_releases(installed)]
+    return [*found, *beside, *_read_by([*found, *beside]), *_releases(installed)]
+
+
+def _read_by(files: Iterable[File]) -> list[File]:
+    """List the files that sources say they read, with the source in their labels."""
+    found = []
+    for label, path in files:
+        if path.suffix != ".py":
+            continue
+        state = path.stat()
+        names, line = _told_files(path, state.st_mtime_ns, state.st_ctime_ns, state.st_size)
+        for name in names:
+            at, folder = (path.parent / name).resolve(), path.parent.resolve()
+            if Path(name).is_absolute() or not at.is_relative_to(folder) or not at.is_file():
+                raise SpecError(
+                    f"{_FILES}: there is no file {name!r} beside it or below",
+                    where=SourceLocation(str(path), line, 1),
+                    remedy="Name files relative to the source that reads them.",
+                )
+            found.append((f"{label}>{name}", at))
+    return found
+
+
+@lru_cache(maxsize=4096)
+def _told_files(path: Path, *_state: int) -> tuple[tuple[str, ...], int]:
+    """Return the names of the files that a source says it reads, and in which line it does."""
+    try:
+        tree = ast.parse(path.read_bytes())
+    except (SyntaxError, ValueError):  # refused where it is executed
+        return (), 1
+    for node in tree.body:
+        is_named = isinstance(node, ast.Assign | ast.AnnAssign) and any(
+            isinstance(target, ast.Name) and target.id == _FILES
+            for target in (node.targets if isinstance(node, ast.Assign) else [node.target])
+        )
+        if not is_named:
+            continue
+        told = getattr(node, "value", None)
+        items = told.elts if isinstance(told, ast.Tuple | ast.List) else [told]
+        names = [item.value for item in items if isinstance(item, ast.Constant)]
+        texts = [name for name in names if isinstance(name, str) and name]
+        if len(texts) < len(items) or not isinstance(told, ast.Tuple | ast.List):
+            raise SpecError(
+                f"{_FILES} is no plain list of names",
+                where=SourceLocation(str(path), node.lineno, 1),
+                remedy=f'Write {_FILES} = ["limits.csv"]; it is read, not executed.',
+            )
+        return tuple(dict.fromkeys(texts)), node.lineno
+    return (), 1
 
 
 def _by_name(files: Sequence[File]) -> list[File]:
@@ -345,6 +408,57 @@ def ignore_kept_code() -> None:
         return load(cache, *asked) if path.is_relative_to(home) or _is_installed(path) else None
 
     Cache.load_overload = load_known
+
+
+_sealed: Final[dict[int, str]] = {}
+"""Who works in each thread that may read only what an identity holds."""
+_OF_SYSTEM: Final = ("/proc/", "/sys/", "/dev/", "/etc/", "/usr/")
+_OF_CODE: Final = (*_IMPORTABLE, ".nbi", ".nbc")
+"""Endings of what is imported, and of what numba keeps compiled of it."""
+
+
+@contextmanager
+def sealed(name: str) -> Iterator[None]:
+    """Let a part read no file that its identity does not hold: its results would be reused.
+
+    Files of the system, of installed packages and what is imported are not looked at; nor is what
+    a native library opens by itself.
+
+    Args:
+        name: The part, as the user wrote it.
+    """
+    _listen()
+    thread = threading.get_ident()
+    former = _sealed.get(thread)
+    _sealed[thread] = name
+    try:
+        yield
+    finally:
+        del _sealed[thread]
+        if former is not None:
+            _sealed[thread] = former
+
+
+@cache
+def _listen() -> None:
+    """Have Python ask before it opens a file; that cannot be taken back (PEP 578)."""
+    sys.addaudithook(_refuse_unknown)
+
+
+def _refuse_unknown(event: str, arguments: tuple[Any, ...]) -> None:
+    if event != "open" or not _sealed:
+        return
+    name, (path, _, flags) = _sealed.get(threading.get_ident()), arguments
+    if name is None or isinstance(path, int) or flags & os.O_ACCMODE == os.O_WRONLY:
+        return
+    place = os.path.realpath(os.fsdecode(path))
+    is_other = place in _HASHED or place.startswith(_OF_SYSTEM) or place.endswith(_OF_CODE)
+    if is_other or not os.path.isfile(place) or _is_installed(Path(place)):  # noqa: PTH113
+        return
+    raise PluginError(
+        f"{name} reads {place}, which is not in its identity: name it in the source, by a line "
+        f"such as {_FILES} = [{Path(place).name!r}]"
+    )
 
 
 def require_executed(name: str, packages: Iterable[str], before: Collection[str]) -> None:

@@ -7,6 +7,7 @@ import inspect
 import sys
 import traceback
 from collections.abc import Callable
+from contextlib import nullcontext
 from copy import deepcopy
 from dataclasses import dataclass
 from importlib import import_module
@@ -27,6 +28,7 @@ from adeye.plugin_code import (
     package_files,
     require_executed,
     require_unwritten,
+    sealed,
     wall_time,
     with_imports,
 )
@@ -103,13 +105,20 @@ class Validated:
     errors: tuple[tuple[Loc, str], ...]
 
 
-def load_part(name: str, base_dir: Path, *, is_nameable: Nameable = inspect.isclass) -> Part:
+def load_part(
+    name: str,
+    base_dir: Path,
+    *,
+    is_nameable: Nameable = inspect.isclass,
+    is_sealed: bool = False,
+) -> Part:
     """Load the class that a user named; nothing else is searched or imported.
 
     Args:
         name: ``module:Class`` or ``./file.py:Class``.
         base_dir: Folder of the file that names it.
         is_nameable: Tells what of the module the message offers if the name is not there.
+        is_sealed: It may read no file that is not in its identity, see ``plugin_code.sealed``.
 
     Raises:
         SpecError: There is no such file, module or class, or its code cannot be executed.
@@ -118,9 +127,10 @@ def load_part(name: str, base_dir: Path, *, is_nameable: Nameable = inspect.iscl
     source, _, attribute = name.rpartition(":")
     if not source or not attribute.isidentifier():
         raise SpecError(f"{name!r} does not name a class", remedy=_FORM)
-    if source.endswith(".py"):
-        return _from_file(name, (base_dir / source).resolve(), attribute, is_nameable)
-    return _from_module(name, source, attribute, is_nameable)
+    with sealed(name) if is_sealed else nullcontext():
+        if source.endswith(".py"):
+            return _from_file(name, (base_dir / source).resolve(), attribute, is_nameable)
+        return _from_module(name, source, attribute, is_nameable)
 
 
 def locate_file(name: str, base_dir: Path) -> Path:

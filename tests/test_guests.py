@@ -153,6 +153,24 @@ class Reusing:
         return self.made
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("shown", ["traces", "scenes"])
+def test_guest_that_reads_what_no_identity_holds_is_not_believed(
+    tmp_path: Path, shown: str
+) -> None:
+    bench = Bench(tmp_path)
+    (tmp_path / "hidden.csv").write_text("1")
+    bound = (bounded("Whole", "guest_m", "at_least: 0.5")[1],) if shown == "traces" else ()
+    edits = (*GUESTS[shown][1:], *bound)
+    assert run(bench, "pass", *edits).code == 0
+    attack = f"open({str(tmp_path / 'hidden.csv')!r}).read()"
+    came = run(bench, attack, *edits)
+    assert came.code == 3
+    # A sensor ends its batch, of which nothing is kept.
+    kept = {("FSR-02", "ERROR")} if shown == "traces" else set()
+    assert {row[:2] for row in came.verdicts if row[1] != "PASS"} == kept
+
+
 def test_what_a_sensor_has_answered_stays_as_it_was() -> None:
     context = scene_context([CAR], step=0.1)
     made = no_measurement(1, 1, with_estimate=False)

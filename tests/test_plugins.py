@@ -7,6 +7,7 @@ import subprocess
 import sys
 import zipfile
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -14,7 +15,15 @@ import pytest
 from adeye import plugin_code
 from adeye import plugins as registry
 from adeye.errors import PluginError, SpecError
-from adeye.plugins import load_part, plugins_digest, read_file, require, validate_parameters
+from adeye.plugin_code import sealed
+from adeye.plugins import (
+    load_part,
+    plugins_digest,
+    read_file,
+    require,
+    source_digest,
+    validate_parameters,
+)
 from adeye.simulate.channels.factory import plugin_channel
 from tests.refusals import refused
 from tests.stored import known
@@ -399,6 +408,75 @@ def test_code_is_executed_again_when_what_it_read_has_changed(folder: Path) -> N
         (folder / "gain.txt").write_text(text)
         read_file("channels.mine", "gain.txt", folder)
         assert load_part("./reading.py:gain", folder).obj() == float(text)
+
+
+READING = """from pathlib import Path
+{named}
+class Mine:
+    def compute(self):
+        return Path(__file__).with_name("gain.txt").read_text()
+"""
+
+
+def test_file_that_a_source_names_is_part_of_it_wherever_it_is_imported(folder: Path) -> None:
+    (folder / "reading.py").write_text(READING.format(named='adeye_files = ("gain.txt",)'))
+    digests = set()
+    for text in ("1", "2", "1"):
+        (folder / "gain.txt").write_text(text)
+        part = load_part("./reading.py:Mine", folder, is_sealed=True)
+        with sealed(part.name):
+            assert part.build().compute() == text
+        assert source_digest("./reading.py:Mine", folder) == part.source_digest
+        digests.add(part.source_digest)
+    assert len(digests) == 2
+
+
+def test_sealed_part_cannot_read_what_it_does_not_name(folder: Path) -> None:
+    (folder / "reading.py").write_text(READING.format(named=""))
+    (folder / "gain.txt").write_text("1")
+    part = load_part("./reading.py:Mine", folder, is_sealed=True)
+    says = (
+        r"reading\.py:Mine reads .*gain\.txt, which is not in its identity: name it in the source"
+    )
+    with sealed(part.name), pytest.raises(PluginError, match=says):
+        part.build().compute()
+    # Only there, and others may meanwhile.
+    assert part.build().compute() == "1"
+    with sealed(part.name), sealed("./other.py:Other"):
+        pass
+    with sealed(part.name), ThreadPoolExecutor() as pool:
+        assert pool.submit(part.build().compute).result() == "1"
+    (folder / "early.py").write_text(
+        "from pathlib import Path\n"
+        "class Mine:\n    gain = Path(__file__).with_name('gain.txt').read_text()\n"
+    )
+    with pytest.raises(SpecError, match=r"PluginError: .*gain\.txt"):
+        load_part("./early.py:Mine", folder, is_sealed=True)
+    assert load_part("./early.py:Mine", folder).obj.gain == "1"
+
+
+@pytest.mark.parametrize(
+    ("told", "message"),
+    [
+        ("['there' + '.txt']", "is no plain list of names"),
+        ("sorted(globals())", "is no plain list of names"),
+        ("'gain.txt'", "is no plain list of names"),
+        ("['']", "is no plain list of names"),
+        ("[3]", "is no plain list of names"),
+        ("['there.txt']", "there is no file 'there.txt' beside it or below"),
+        ("['../gain.txt']", "there is no file"),
+        ("['/etc/hosts']", "there is no file"),
+    ],
+)
+def test_list_of_files_that_cannot_be_read_as_it_stands_is_refused(
+    folder: Path, told: str, message: str
+) -> None:
+    (folder / "inner").mkdir()
+    (folder / "gain.txt").write_text("1")
+    (folder / "inner" / "mine.py").write_text(f"adeye_files: list = {told}\nclass Mine: ...\n")
+    caught = refused(SpecError, load_part, "inner/mine.py:Mine", folder, says=message)
+    assert caught.where is not None
+    assert caught.where.line == 1
 
 
 @pytest.mark.parametrize(

@@ -23,7 +23,14 @@ from adeye import plugins
 from adeye.errors import IntegrityError, SpecError, UsageError, placed
 from adeye.identity import file_digest
 from adeye.judge.metrics import METRICS, register_metric
-from adeye.plugin_code import code_digest, files_digest, imports_beside, package_files, with_imports
+from adeye.plugin_code import (
+    code_digest,
+    files_digest,
+    imports_beside,
+    package_files,
+    sealed,
+    with_imports,
+)
 from adeye.plugins import Part, ReadFile
 from adeye.simulate.bridges import middleware
 from adeye.simulate.channels.factory import BUILT_IN as BUILT_IN_CHANNELS
@@ -223,7 +230,8 @@ def _plugin(
     methods: tuple[str, ...],
 ) -> Part:
     with placed(loaded.locate((*loc, "kind")), keeps_place=True):
-        part = plugins.load_part(spec.kind, loaded.path.parent)
+        is_sensor = isinstance(spec, PluginSensor)
+        part = plugins.load_part(spec.kind, loaded.path.parent, is_sealed=is_sensor)
         plugins.require(part, kind, methods)
         checked = plugins.validate_parameters(part, spec.parameters)
     for place, message in checked.errors:
@@ -333,7 +341,7 @@ def _digest(source: str, folder: Path) -> str:
         origin = Path(spec.origin or "")
         files = package_files(folders) if folders else [(origin.name, origin)]
         return files_digest(with_imports(files))
-    except (OSError, ValueError):
+    except (OSError, ValueError, SpecError):
         return ""
 
 
@@ -360,7 +368,7 @@ def use_plugin_metrics(names: Sequence[str], folder: Path) -> tuple[Part, ...]:
         SpecError: There is no such class, or it is no metric.
         UsageError: It lacks an attribute, has one that is not allowed, or its column is taken.
     """
-    parts = tuple(plugins.load_part(name, folder) for name in names)
+    parts = tuple(plugins.load_part(name, folder, is_sealed=True) for name in names)
     # Threads of blocks come here as well.
     with _REGISTERING:
         _register(parts)
@@ -399,7 +407,7 @@ def _visiting(name: str, measure: Measure) -> Measure:
 
     @wraps(measure)
     def visit(series: TraceSeries) -> MetricColumn:
-        with guest(name):
+        with guest(name), sealed(name):
             return measure(series)
 
     return visit

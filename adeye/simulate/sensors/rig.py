@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from adeye.kernel.random import owner_id
+from adeye.plugin_code import sealed
 from adeye.plugins import Part, load_part
 from adeye.ports import SensorContext, SensorModel
 from adeye.signals import DETECTION_COLUMNS, ESTIMATE_COLUMNS, Measurement, spec_columns
@@ -124,7 +125,9 @@ class Rig:
             elif model == FMU:
                 self._sensors[name] = FmuSensing(context, base_dir)
             else:
-                self._sensors[name] = _Guest(load_part(first.kind, base_dir), context)
+                self._sensors[name] = _Guest(
+                    load_part(first.kind, base_dir, is_sealed=True), context
+                )
 
     def cover(self, name: str, patches: Sequence[Floats]) -> None:
         """Lay patches on the image of a physical camera, in place of those laid on before.
@@ -162,11 +165,11 @@ class _Guest:
 
     def __init__(self, part: Part, context: SensorContext) -> None:
         self._name = part.name
-        with guest(self._name, "sensor"):
+        with guest(self._name, "sensor"), sealed(self._name):
             self._sense = part.build(deepcopy(context)).sense
 
     def sense(self, scene: Scene) -> Measurement:
-        with guest(self._name, "sensor", self._sense):
+        with guest(self._name, "sensor", self._sense), sealed(self._name):
             answer = self._sense(scene.copy())
             named = ((item.name, getattr(answer, item.name)) for item in fields(Measurement))
             told = Measurement(**{name: _as_told(name, v) for name, v in named if v is not None})
