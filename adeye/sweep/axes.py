@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 from fractions import Fraction
@@ -597,13 +597,29 @@ def named_values(
 
 
 def axis_text(name: str, value: float | str, odd: Mapping[str, Any], scenario: str) -> str:
-    """Write one swept value in the unit that the scenario's default uses."""
+    """Write one swept value in the unit of the scenario's default, or of what the sweep wrote."""
     if isinstance(value, str):
         return value
     parameter = odd["scenarios"].get(scenario, {}).get("parameters", {}).get(name)
-    if parameter is None:
-        return f"{value:.6g}"
-    return quantity_text(value, parameter["default"])
+    if parameter is not None:
+        return quantity_text(value, parameter["default"])
+    for use in odd["odd"]["scenarios"]:
+        if scenario == (use["as"] or use["use"]):
+            points = [point[name] for point in use["sweep"]["points"] if name in point]
+            for text in _texts((use["sweep"]["parameters"].get(name), points)):
+                if quantity_or_text(text)[1] not in (None, Dimension.NONE):
+                    return quantity_text(value, text)
+    return f"{value:.6g}"
+
+
+def _texts(written: Any) -> Iterator[str]:
+    """Give every text of what a sweep says of an axis: levels, ends, a distribution."""
+    if isinstance(written, str):
+        yield written
+    elif isinstance(written, Mapping):
+        yield from (text for item in written.values() for text in _texts(item))
+    elif isinstance(written, list | tuple):
+        yield from (text for item in written for text in _texts(item))
 
 
 def quantity_text(value: float, default: str | float) -> str:

@@ -234,7 +234,18 @@ def test_fault_is_changed_alone(load: Load) -> None:
 
 DEFAULTS = {"ego_speed": "100 km/h", "rain": "0 mm/h", "friction": 0.9}
 PARAMETERS = {name: {"default": value} for name, value in DEFAULTS.items()}
-ODD: dict[str, Any] = {"scenarios": {"cut_in": {"parameters": PARAMETERS}}}
+RAIN, RANGE = "scenario.environment.rain", "architecture.sensors.front_camera.range"
+USE: dict[str, Any] = {"use": "cut_in", "as": None}
+SWEPT = {RAIN: {"from": "1 mm/h", "to": "10 mm/h", "step": "3 mm/h"}, "architecture.count": [1, 2]}
+ODD: dict[str, Any] = {
+    "scenarios": {"cut_in": {"parameters": PARAMETERS}},
+    "odd": {
+        "scenarios": [
+            {**USE, "as": "other", "sweep": {"parameters": {RAIN: ["1 m/s"]}, "points": []}},
+            {**USE, "sweep": {"parameters": SWEPT, "points": [{"gap": "3 m"}, {RANGE: "120 m"}]}},
+        ]
+    },
+}
 
 
 def test_value_is_written_in_the_unit_of_the_default() -> None:
@@ -265,9 +276,16 @@ def test_what_is_written_reads_back(text: str, default: str) -> None:
 
 def test_axis_by_path_and_words_are_shown_as_they_are_and_a_point_in_its_order() -> None:
     assert axes.axis_text("architecture.switch.policy", "stuck", ODD, "cut_in") == "stuck"
-    assert axes.axis_text("architecture.sensors.front_camera.range", 120.0, ODD, "cut_in") == "120"
+    assert axes.axis_text("architecture.count", 2.0, ODD, "cut_in") == "2"
+    assert axes.axis_text("architecture.vehicle.length", 4.9, ODD, "cut_in") == "4.9"
     assert axes.axis_text("ego_speed", 25.0, ODD, "another") == "25"
     point: dict[str, float | str] = {"rain": 0.0, "ego_speed": 25.0, "friction": 0.5}
     texts = {"rain": "0 mm/h", "ego_speed": "90 km/h", "friction": "0.5"}
     named = [axes.NamedValue(name, text) for name, text in texts.items()]
     assert list(axes.named_values(point, ODD, "cut_in")) == named
+
+
+def test_axis_by_path_is_written_in_the_unit_of_its_sweep() -> None:
+    assert axes.axis_text(RAIN, 4e-3 / 3600, ODD, "cut_in") == "4 mm/h"
+    assert axes.axis_text(RAIN, 4e-3 / 3600, ODD, "other") == "1.11111e-06 m/s"
+    assert axes.axis_text(RANGE, 120.0, ODD, "cut_in") == "120 m"
