@@ -37,7 +37,7 @@ from adeye.spec.scenario import LogicalScenario
 from adeye.store.block import PlannedCases
 from adeye.store.records import CampaignFsr, CampaignRecord, ContentRecord, EngineKey, of_fields
 from adeye.store.write.content import FOLDER
-from adeye.sweep.axes import quantity_or_text
+from adeye.sweep.axes import quantity_or_text, written_quantity
 from adeye.sweep.case import SCENARIOS, AuthorityOverride, TestCase, structure_key
 from adeye.sweep.design import Points, axis_words
 from adeye.sweep.distributions import data_digests
@@ -580,13 +580,25 @@ class CampaignPlan:
         }
 
     def _units(self) -> dict[str, dict[str, str]]:
+        """Return the suffix of the SI unit of each parameter and of each path that is swept."""
+        written: dict[str, dict[str, float | str | bool | None]] = {
+            name: {key: spec.default for key, spec in item.spec.parameters.items()}
+            for name, item in self.files.scenarios.items()
+        }
+        for use in self.files.odd.spec.scenarios:
+            sweep = use.sweep.model_dump(mode="json")
+            paths = {*sweep["parameters"], *(key for point in sweep["points"] for key in point)}
+            for path in sorted(paths - written[use.name].keys()):
+                written[use.name][path] = written_quantity(sweep, path)
         return {
             name: {
-                parameter: dimension.suffix
-                for parameter, spec in item.spec.parameters.items()
-                if (dimension := quantity_or_text(spec.default)[1]) is not None and dimension.suffix
+                key: dimension.suffix
+                for key, text in found.items()
+                if text is not None
+                and (dimension := quantity_or_text(text)[1]) is not None
+                and dimension.suffix
             }
-            for name, item in self.files.scenarios.items()
+            for name, found in written.items()
         }
 
 

@@ -25,10 +25,12 @@ if TYPE_CHECKING:
     from adeye.judge.stl.table import JudgedTable
     from adeye.report.formats.tables import Written
     from adeye.store.read.query import QueryResult
+    from adeye.store.records import CampaignInfo
 
 # --- ``query``: one SELECT over the views, read-only and bounded, or a saved one by its name ------
 
 _NAME: Final = re.compile(r"[\w-]+")
+_CAMPAIGN: Final = re.compile(r"(?<!:):campaign\b")
 _ROWS: Final = 10_000
 
 
@@ -56,28 +58,39 @@ def query(
     max_rows: Annotated[int, opt.option("N", min=1)] = _ROWS,
     timeout_s: Annotated[float, opt.option("SECONDS", min=0.1)] = 10.0,
     list_saved: Annotated[bool, opt.option("--list -l")] = False,
+    columns: Annotated[str | None, opt.option("VIEW")] = None,
 ) -> None:
     """Ask the database in SQL. Nothing can be changed by it.
 
     The views v_runs, v_runs_<scenario>, v_verdicts, v_fsr_status, v_gate, v_architecture_pairs,
     v_coverage and v_timeline are stable. A planned run without a result is NOT_RUN in all of them.
     Saved queries are about the latest campaign or that of --campaign; without SQL they are listed.
+    Numbers are in SI, as the ends of columns say.
 
     Parameters:
         sql: One SELECT, the name of a saved query, or - for standard input.
         format: How rows are printed; parquet needs a file. Default: how FILE ends, else a table.
         output: Write the rows to a file in .csv, .json or .parquet.
         campaign: Ask about this one, by number or beginning of its digest; SQL has it as :campaign.
-            Default of saved queries: the latest.
+            Default: the latest.
         max_rows: Most rows to print.
         timeout_s: Longest time that the query may run.
         list_saved: List the saved queries.
+        columns: List the columns of a view or table, with their units.
 
     Examples:
         adeye query failing-fsrs
         adeye query 'SELECT scenario, min_ttc_s FROM v_runs ORDER BY 2' --format csv
+        adeye query --columns v_runs
     """
     wanted = _wanted(Format.json if json else format, output)
+    if columns is not None:
+        if sql is not None or list_saved or output is not None:
+            raise UsageError(
+                "--columns goes with --db and --format only", remedy="Leave the others out."
+            )
+        _columns(db, columns, wanted)
+        return
     if list_saved or sql is None:
         _list(wanted, output)
         return
@@ -85,6 +98,10 @@ def query(
 
     about = _about(db, campaign)
     statement = _statement(sql, about)
+    if not about and _CAMPAIGN.search(statement):
+        latest = _campaign(db, None)
+        out.talk(f"note: :campaign is the latest, {latest.number} of ODD {latest.odd}")
+        about = {"campaign": latest.id}
     result = run_query(db, statement, parameters=about, max_rows=max_rows, timeout_s=timeout_s)
     if output is None:
         _print(result, wanted)
@@ -119,12 +136,14 @@ def _wanted(chosen: Format | None, output: Path | None) -> Format:
 
 
 def _about(db: str | None, campaign: str | None) -> dict[str, str]:
-    if campaign is None:
-        return {}
+    return {} if campaign is None else {"campaign": _campaign(db, campaign).id}
+
+
+def _campaign(db: str | None, name: str | None) -> CampaignInfo:
     from adeye.store.repository import Repository
 
     with Repository.open(db, create=False) as repository:
-        return {"campaign": repository.find_campaign(campaign).id}
+        return repository.find_campaign(name)
 
 
 def _statement(sql: str, about: Mapping[str, str]) -> str:
@@ -143,7 +162,7 @@ def _statement(sql: str, about: Mapping[str, str]) -> str:
         raise UsageError(f"there is no saved query {sql!r}", remedy=suggest(sql, SAVED))
     else:
         statement = sql
-    if about and ":campaign" not in statement:
+    if about and not _CAMPAIGN.search(statement):
         raise UsageError(
             "--campaign is given, and the query does not ask about one",
             remedy="Write WHERE campaign = :campaign, or leave --campaign out.",
@@ -164,6 +183,18 @@ def _reason(db: str | None, sql: str, about: Mapping[str, str]) -> str:
     parameters = about if ":campaign" in asked.basis else {}
     ((basis,),) = run_query(db, asked.basis, parameters=parameters).rows
     return "" if basis else f", and that says nothing: {asked.lacking}"
+
+
+def _columns(db: str | None, view: str, wanted: Format) -> None:
+    from adeye.store.read.query import columns_of
+
+    found = columns_of(db, view)
+    if wanted is Format.json:
+        out.emit_json("query-columns", {"view": view, "columns": list(found)})
+        return
+    rows = [[item.name, item.type, item.unit] for item in found]
+    emit = out.emit_csv if wanted is Format.csv else out.emit_table
+    emit(("column", "type", "unit"), rows)
 
 
 def _list(wanted: Format, output: Path | None) -> None:

@@ -605,11 +605,22 @@ def axis_text(name: str, value: float | str, odd: Mapping[str, Any], scenario: s
         return quantity_text(value, parameter["default"])
     for use in odd["odd"]["scenarios"]:
         if scenario == (use["as"] or use["use"]):
-            points = [point[name] for point in use["sweep"]["points"] if name in point]
-            for text in _texts((use["sweep"]["parameters"].get(name), points)):
-                if quantity_or_text(text)[1] not in (None, Dimension.NONE):
-                    return quantity_text(value, text)
+            return quantity_text(value, written_quantity(use["sweep"], name) or 0.0)
     return f"{value:.6g}"
+
+
+def written_quantity(sweep: Mapping[str, Any], name: str) -> str | None:
+    """Return the first quantity with a unit that a sweep has written for an axis.
+
+    Args:
+        sweep: As the file of an ODD has it.
+        name: Of the axis.
+    """
+    points = [point[name] for point in sweep["points"] if name in point]
+    for text in _texts((sweep["parameters"].get(name), points)):
+        if quantity_or_text(text)[1] not in (None, Dimension.NONE):
+            return text
+    return None
 
 
 def _texts(written: Any) -> Iterator[str]:

@@ -147,10 +147,25 @@ def test_own_sql_has_the_campaign_as_a_parameter(adeye: Any, mini: Any) -> None:
     sql = "SELECT COUNT(*) AS runs FROM v_runs WHERE campaign = :campaign"
     arguments = ("--db", str(mini.db), "--format", "csv")
     assert adeye("query", sql, "-c", "1", *arguments).out == "runs\n28\n"
+    latest = adeye("query", sql, *arguments)
+    assert latest.out == "runs\n28\n"
+    assert f"note: :campaign is the latest, 1 of ODD {mini.odd}\n" == latest.err
     assert (
         "WHERE campaign = :campaign"
         in adeye("query", "SELECT COUNT(*) AS runs FROM v_runs", "-c", "1", *arguments).refused
     )
+
+
+def test_columns_of_a_view_are_listed_in_every_form(adeye: Any) -> None:
+    columns = ("query", "--columns", "v_goal_asil")
+    lines = adeye(*columns).out.splitlines()
+    assert [line.split()[0] for line in lines[2:]] == ["concept", "goal", "rank"]
+    assert adeye(*columns, "-f", "csv").out.startswith("column,type,unit\nconcept,VARCHAR(64),\n")
+    listed = adeye(*columns, "--json").document
+    assert [item["name"] for item in listed["columns"]] == ["concept", "goal", "rank"]
+    for more in (("SELECT 1",), ("--list",), ("-o", "x.csv")):
+        assert "Leave the others out" in adeye(*columns, *more).refused
+    assert "Did you mean 'v_gate'?" in adeye("query", "--columns", "v_gates").refused
 
 
 def test_missing_evidence_is_told(adeye: Any, mini: Any, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -23,16 +23,21 @@ import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 from urllib.parse import urlencode
 
-from adeye.errors import InputError, PlatformError
+from sqlalchemy import inspect
+from sqlalchemy.types import NullType
+
+from adeye.errors import InputError, PlatformError, require_known
 from adeye.store.database import errors_in_words
 from adeye.store.location import Location, Place, locate
 from adeye.store.postgres import SCHEMA, unreadable
 from adeye.store.schema import opened
 from adeye.store.sqlite import reading_options
+from adeye.units import Dimension, si_unit
 
 # --- Run SQL that a person typed: read-only, one statement, bounded in time and size --------------
 
@@ -120,7 +125,18 @@ def run_query(
             the user of a server may do more than read.
         PlatformError: The database cannot be read.
     """
-    location, values = locate(place), parameters or {}
+    try:
+        return _run(place, sql, parameters or {}, max_rows, timeout_s)
+    except InputError as error:
+        if remedy := _near(place, sql, str(error)):
+            raise InputError(error.message, remedy=remedy) from error
+        raise
+
+
+def _run(
+    place: Place, sql: str, values: Mapping[str, str], max_rows: int, timeout_s: float
+) -> QueryResult:
+    location = locate(place)
     if location.path is None:
         with _little_memory():
             if len(sql) > _MOST_SQL:
@@ -214,6 +230,9 @@ class _Guard:
             return sqlite3.SQLITE_OK
         if action == sqlite3.SQLITE_FUNCTION and (second or "").lower() in SQLITE_FUNCTIONS:
             return sqlite3.SQLITE_OK
+        pragma = (names[0] or "").lower() if action == sqlite3.SQLITE_PRAGMA else ""
+        if pragma in _PRAGMAS and (second is None or pragma not in _SETTING):
+            return sqlite3.SQLITE_OK
         if action == sqlite3.SQLITE_FUNCTION:
             self._refused = f"function {second}() is not allowed"
         else:
@@ -236,6 +255,84 @@ class _Guard:
         return InputError(
             f"query: {error}", remedy="The views are listed under 'Views' in the user guide."
         )
+
+
+# --- What there is to ask about: views and tables, their columns, what a wrong name may mean ------
+
+_PRAGMAS: Final = frozenset(
+    {"table_info", "table_xinfo", "table_list", "index_list", "index_info", "index_xinfo"}
+    | {"foreign_key_list", "user_version", "schema_version", "compile_options", "function_list"}
+)
+"""Pragmas that only tell; with a value, the versions would set it."""
+_SETTING: Final = frozenset({"user_version", "schema_version"})
+_ABSENT: Final = re.compile(
+    r"no such (?P<kind>column|table): (?:\w+\.)*(?P<name>\w+)"
+    r'|(?P<server>column|relation) "?(?:\w+\.)*(?P<named>\w+)"? does not exist'
+)
+_MOST_SUGGESTED: Final = 3
+
+
+@dataclass(frozen=True, slots=True)
+class ColumnInfo:
+    """A column of a view or table.
+
+    Attributes:
+        name: As SQL calls it.
+        type: As the database declares it; empty for what a view computes.
+        unit: In which its numbers are; empty for a text, a count, and where that is not known.
+    """
+
+    name: str
+    type: str
+    unit: str
+
+
+def columns_of(place: Place, name: str) -> tuple[ColumnInfo, ...]:
+    """List the columns of a view or table.
+
+    Raises:
+        UsageError: There is none of this name.
+        PlatformError: The database cannot be read.
+    """
+    with opened(place) as connection:
+        asked = inspect(connection)
+        known = sorted({*asked.get_view_names(), *asked.get_table_names()})
+        require_known((name,), known, lambda name: f"there is no view or table {name!r}")
+        return tuple(
+            ColumnInfo(
+                item["name"],
+                "" if isinstance(item["type"], NullType) else str(item["type"]),
+                _unit_of(item["name"]),
+            )
+            for item in asked.get_columns(name)
+        )
+
+
+def _unit_of(column: str) -> str:
+    """Return the unit that the end of a column's name tells."""
+    suffix = column.rpartition("_")[2] if "_" in column else ""
+    found = (item.exponents for item in Dimension if item.suffix and item.suffix == suffix)
+    return next(map(si_unit, found), "")
+
+
+def _near(place: Place, sql: str, message: str) -> str:
+    """Say which names a wrong one may mean; empty if the message is about something else."""
+    found = _ABSENT.search(message)
+    if found is None:
+        return ""
+    name = found["name"] or found["named"]
+    with opened(place) as connection:
+        asked = inspect(connection)
+        known = [*asked.get_view_names(), *asked.get_table_names()]
+        if "column" in (found["kind"], found["server"]):
+            views = [item for item in known if re.search(rf"\b{re.escape(item)}\b", sql)]
+            known = [column["name"] for view in views for column in asked.get_columns(view)]
+            where = f"'adeye query --columns {views[0]}' lists them." if views else ""
+        else:
+            where = "'adeye query --columns v_runs' lists the columns of one."
+    near = get_close_matches(name, sorted(set(known)), n=_MOST_SUGGESTED, cutoff=0.6)
+    meant = f"Did you mean {' or '.join(map(repr, near))}? " if near else ""
+    return f"{meant}{where}".strip()
 
 
 # --- Look at SQL that a person typed before a server sees it: which words, which functions --------

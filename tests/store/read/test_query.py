@@ -14,10 +14,18 @@ from typing import Any, ClassVar
 import psycopg
 import pytest
 
-from adeye.errors import AdeyeError, InputError, PlatformError
+from adeye.errors import AdeyeError, InputError, PlatformError, UsageError
 from adeye.store.location import locate
 from adeye.store.read import query as server_query
-from adeye.store.read.query import READER, _Guard, checked, grant, run_query, tokens_of
+from adeye.store.read.query import (
+    READER,
+    _Guard,
+    checked,
+    columns_of,
+    grant,
+    run_query,
+    tokens_of,
+)
 from adeye.store.read.saved import SAVED
 from adeye.store.repository import Repository
 from adeye.store.tables import metadata
@@ -61,6 +69,38 @@ def test_select_returns_columns_and_rows(anywhere: Any) -> None:
     assert found.columns == ("architecture", "runs", "mean", "b")
     assert found.rows == (("legacy", 4, 6.0, "a . b%"), ("new", 4, 7.0, "a . b%"))
     assert not found.is_cut
+
+
+@pytest.mark.parametrize(
+    ("sql", "says"),
+    [
+        ("SELECT min_tcc_s FROM v_runs", "mean 'min_ttc_s'"),
+        ("SELECT r.min_tcc_s FROM v_runs r", "mean 'min_ttc_s'"),
+        ("SELECT 1 FROM v_run", "mean 'v_runs'"),
+        ("SELECT quite_another FROM v_gate", "--columns v_gate' lists them"),
+    ],
+)
+def test_nearest_names_are_said_of_one_that_is_not_there(
+    anywhere: Any, sql: str, says: str
+) -> None:
+    assert says in refused(InputError, run_query, anywhere, sql).remedy
+
+
+def test_columns_of_a_view_have_the_unit_that_their_names_tell(anywhere: Any) -> None:
+    units = {item.name: item.unit for item in columns_of(anywhere, "v_runs")}
+    told = ("min_ttc_s", "max_drac_mps2", "max_yaw_rate_radps", "scenario", "contact", "min_mtc")
+    assert [units[name] for name in told] == ["s", "m/s^2", "rad/s", "", "", ""]
+    assert list(units) == list(run_query(anywhere, "SELECT * FROM v_runs").columns)
+    refused(UsageError, columns_of, anywhere, "v_runz", says="'v_runz'")
+
+
+def test_pragmas_tell_and_set_nothing(path: Path) -> None:
+    told = run_query(path, "PRAGMA table_info(v_goal_asil)")
+    assert [row[1] for row in told.rows] == ["concept", "goal", "rank"]
+    before = run_query(path, "PRAGMA user_version").rows
+    for sql in ("PRAGMA user_version = 7", "PRAGMA query_only = OFF", "PRAGMA journal_mode"):
+        refused(InputError, run_query, path, sql, says="only reading is allowed")
+    assert run_query(path, "PRAGMA user_version").rows == before
 
 
 def test_rows_beyond_the_cap_are_cut_and_it_says_so(anywhere: Any) -> None:
