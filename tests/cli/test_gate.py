@@ -301,7 +301,10 @@ ALTERED = {
 """What the page of a report shows, in the words of SQL."""
 
 
-@pytest.mark.parametrize("change", ALTERED)
+@pytest.mark.parametrize(
+    "change",
+    [pytest.param(name, marks=pytest.mark.slow if name != "margin" else ()) for name in ALTERED],
+)
 def test_report_of_evidence_that_was_altered_is_written_and_tells(
     adeye: Any, mini: Executed, folder: Path, change: str
 ) -> None:
@@ -319,8 +322,14 @@ def test_report_of_evidence_that_was_altered_is_written_and_tells(
     assert 'name="exit_code"' in (folder / "r.xml").read_text("utf-8")
 
 
-@pytest.mark.parametrize("table", ["concept", "odd", "scenario", "architecture", "test_case"])
-@pytest.mark.parametrize("verb", ["report --json r.json", "show RUN"])
+@pytest.mark.parametrize(
+    ("verb", "table"),
+    [
+        pytest.param(verb, table, marks=pytest.mark.slow if verb[0] == "r" and at else ())
+        for verb in ("report --json r.json", "show RUN")
+        for at, table in enumerate(("concept", "odd", "scenario", "architecture", "test_case"))
+    ],
+)
 def test_content_that_is_gone_is_no_wrong_request(
     adeye: Any, mini: Executed, folder: Path, table: str, verb: str
 ) -> None:

@@ -409,7 +409,7 @@ KEPT = one_scenario(ego_speed=SPEEDS, gap=GAPS[:4])
 """Twelve situations, of which ten are sampled where the uncertainty is asked for."""
 
 
-@pytest.mark.parametrize("wanted", ["all", "failures"])
+@pytest.mark.parametrize("wanted", [pytest.param("all", marks=pytest.mark.slow), "failures"])
 def test_traces_of_sampled_runs_are_kept_as_those_of_others(tmp_path: Path, wanted: Any) -> None:
     kept: list[list[tuple[Any, ...]]] = []
     for name, odd in (("plain", KEPT), ("asked", {**KEPT, "uncertainty": {"situations": 10}})):
