@@ -306,7 +306,6 @@ PAGES: Final[Mapping[str, Callable[[], str]]] = {
 
 # --- status of the capabilities -------------------------------------------------------------------
 
-README: Final = ROOT / "README.md"
 REPORT_SCHEMA: Final = ROOT / "docs" / "schema" / "report.schema.json"
 NOTES: Final = {
     "R1": "worlds and scenarios from YAML, roads from OpenDRIVE; no OpenSCENARIO, CommonRoad",
@@ -335,12 +334,8 @@ NOTES: Final = {
 }
 """What is there of each capability and what is missing, beside its proof."""
 
-_BEGIN: Final = "<!-- capabilities -->\n"
-_END: Final = "<!-- /capabilities -->\n"
-
-
-def readme() -> str:
-    """Write the README with the status of every capability as the program tells it."""
+def status_page() -> str:
+    """Write the status of every capability as the program tells it."""
     from adeye.cli.doctor import capabilities
 
     rows = [
@@ -348,14 +343,17 @@ def readme() -> str:
         for item in capabilities()
     ]
     made = table(["", "Capability", "Status", "What is there", "Proof"], rows)
-    text = README.read_text("utf-8")
-    head, _, rest = text.partition(_BEGIN)
-    _, _, tail = rest.partition(_END)
-    return f"{head}{_BEGIN}\n{made}\n\n{_END}{tail}"
+    return (
+        f"{NOTE}\n\n# Status\n\n"
+        "The 23 capabilities of the platform. *Proven* means that an executable proof of the whole "
+        "row is in `tests/requirements/`; *partly* that the proof covers a part; *not yet* that "
+        "there is none. `adeye doctor --requirements` prints the same.\n\n"
+        f"{made}\n"
+    )
 
 
 def _proof(path: str) -> str:
-    return f"[{Path(path).name}]({path})" if path else ""
+    return f"[{Path(path).name}](../../{path})" if path else ""
 
 
 # --- all of them ----------------------------------------------------------------------------------
@@ -372,7 +370,7 @@ def pages() -> dict[Path, str]:
     """Make every generated page, by file."""
     own = {REFERENCE / name: page() for name, page in PAGES.items()}
     schemas = {BASELINE: baseline_schema(), REPORT_SCHEMA: report_schema()}
-    return own | {README: readme(), FILES: files_page()} | schemas
+    return own | {REFERENCE / "status.md": status_page(), FILES: files_page()} | schemas
 
 
 def stale() -> list[str]:

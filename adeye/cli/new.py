@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import keyword
 import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from enum import Enum
 from functools import cache
 from pathlib import Path
 from string import Template
@@ -13,8 +15,8 @@ from typing import Annotated, Final
 import typer
 
 from adeye.cli.options import add, option
-from adeye.cli.output import clean, emit, wrote
-from adeye.errors import UsageError
+from adeye.cli.output import clean, emit, emit_table, wrote
+from adeye.errors import UsageError, require_known
 
 # --- ``new channel|sensor|metric``: write a working example to start from -------------------------
 
@@ -167,48 +169,126 @@ EXAMPLES: Final = {
 
 # --- ``init``: a small project to start from, that runs as it is ----------------------------------
 
+FIRST: Final = "first"
 ARCHITECTURE: Final = "camera_radar"
 CONCEPT: Final = "motorway_chauffeur"
 
 
-def init(folder: Annotated[Path, typer.Argument(metavar="[DIR]")] = Path()) -> None:
+class Service(str, Enum):  # noqa: UP042 - typer before 0.13 shows the name of a StrEnum
+    """Where a workflow runs."""
+
+    github = "github"
+    gitlab = "gitlab"
+
+
+WORKFLOWS: Final = {
+    Service.github: Path(".github", "workflows", "adeye.yml"),
+    Service.gitlab: Path(".gitlab-ci.yml"),
+}
+"""Where each service looks for its workflows."""
+
+
+def init(
+    folder: Annotated[Path, typer.Argument(metavar="[DIR]")] = Path(),
+    *,
+    example: Annotated[str | None, option("NAME", env="INIT_EXAMPLE")] = None,
+    ci: Annotated[Service | None, option("SERVICE", env="INIT_CI")] = None,
+    list_examples: Annotated[bool, option("--list -l", env="INIT_LIST")] = False,
+) -> None:
     """Write a small project: an ODD, an architecture and a safety concept, ready to run.
 
     Nothing is overwritten. The scenarios come from the catalogue that adeye ships.
 
     Parameters:
         folder: Folder of the project.
+        example: Write this shipped ODD instead, with the architectures and the concept that it
+            names, to start from or to change.
+        ci: Write the workflow that executes and judges every ODD of the project, which is written
+            as well if there is none.
+        list_examples: List the shipped ODDs.
 
     Examples:
         adeye init
         adeye init my_project
+        adeye init ramps --example ramp
+        adeye init --ci github
     """
-    for path in write_project(folder):
+    if list_examples:
+        emit_table(("Example", "About"), list(shipped_odds().items()))
+        return
+    there = odds_in(folder) if ci is not None and example is None else ()
+    name = example or FIRST
+    contents: dict[str, bytes] = {}
+    if not there:
+        contents |= project_files() if example is None else example_files(example)
+    if ci is not None:
+        contents[WORKFLOWS[ci].as_posix()] = workflow(ci, there or (name,))
+    for path in write_files(folder, contents):
         wrote(path)
-    prefix = "" if folder == Path() else f"cd {clean(folder)} && "
-    emit(f"Next: {prefix}adeye run odd/first.yaml --report report.html")
+    if not there:
+        prefix = "" if folder == Path() else f"cd {clean(folder)} && "
+        emit(f"Next: {prefix}adeye run odd/{name}.yaml --report report.html")
 
 
-def project_files() -> dict[str, str]:
+def shipped_odds() -> dict[str, str]:
+    """Return the titles of the shipped ODDs by name."""
+    from adeye.spec.load import load_odd, shipped
+
+    return {
+        path.stem: load_odd(path).odd.spec.title for path in sorted(shipped("odd").glob("*.yaml"))
+    }
+
+
+def example_files(name: str) -> dict[str, bytes]:
+    """Return a shipped ODD with all files of its folder that it is read from.
+
+    Raises:
+        UsageError: None has this name.
+    """
+    from adeye.spec.load import load_odd, shipped
+
+    catalogue = shipped("odd")
+    known = sorted(path.stem for path in catalogue.glob("*.yaml"))
+    require_known((name,), known, lambda name: f"there is no example {name!r}")
+    read = load_odd(catalogue / f"{name}.yaml").inputs()
+    return {
+        place: (catalogue.parent / place).read_bytes() for place in read if place.startswith("odd/")
+    }
+
+
+def odds_in(folder: Path) -> tuple[str, ...]:
+    """Name the ODDs of a project."""
+    return tuple(sorted(path.stem for path in (folder / "odd").glob("*.yaml")))
+
+
+def workflow(service: Service, odds: Sequence[str]) -> bytes:
+    """Return the workflow that executes and judges ODDs."""
+    text = Template(_template(f"ci/{service.value}.yml.txt"))
+    return text.substitute(odds=", ".join(odds)).encode()
+
+
+def project_files() -> dict[str, bytes]:
     """Return the files of the project, relative path to content."""
     from adeye.spec.load import shipped
 
     catalogue = shipped("odd")
     architecture = (catalogue / "architectures" / f"{ARCHITECTURE}.yaml").read_text("utf-8")
     concept = (catalogue / "concepts" / f"{CONCEPT}.yaml").read_text("utf-8")
-    return {
-        **{name: _template(name) for name in ("odd/README.md", "odd/first.yaml")},
+    texts = {
+        **{name: _template(name) for name in ("odd/README.md", f"odd/{FIRST}.yaml")},
         f"odd/architectures/{ARCHITECTURE}.yaml": architecture,
         # The shipped concept asks for as many exercised runs as the shipped ODD has.
         f"odd/concepts/{CONCEPT}.yaml": re.sub(r"(min_exercised: )\d+", r"\g<1>1", concept),
     }
+    return {name: text.encode() for name, text in texts.items()}
 
 
-def write_project(folder: Path) -> list[Path]:
-    """Write the project, all of it or nothing.
+def write_files(folder: Path, files: Mapping[str, bytes]) -> list[Path]:
+    """Write files, all of them or none.
 
     Args:
-        folder: Where to; it is made if it does not exist.
+        folder: Where to; it is made if it does not exist, as are those below it.
+        files: Content by the path below it.
 
     Returns:
         The files.
@@ -216,15 +296,15 @@ def write_project(folder: Path) -> list[Path]:
     Raises:
         UsageError: One of the files exists.
     """
-    contents = {folder / name: text for name, text in project_files().items()}
+    contents = {folder / name: content for name, content in files.items()}
     existing = [str(path) for path in contents if path.exists()]
     if existing:
         raise UsageError(
             f"already there and not overwritten: {', '.join(existing)}",
             remedy="Name another folder: adeye init DIR.",
         )
-    for path, text in contents.items():
+    for path, content in contents.items():
         path.parent.mkdir(parents=True, exist_ok=True)
-        with path.open("x", encoding="utf-8") as file:
-            file.write(text)
+        with path.open("xb") as file:
+            file.write(content)
     return list(contents)

@@ -10,12 +10,21 @@ import numpy as np
 import pytest
 import yaml
 
-from adeye.cli.new import EXAMPLES, class_name, project_files, write_example, write_project
+from adeye.cli.new import (
+    EXAMPLES,
+    Service,
+    class_name,
+    example_files,
+    project_files,
+    shipped_odds,
+    write_example,
+    write_files,
+)
 from adeye.judge.metrics.registry import METRICS, register_metric
 from adeye.plugins import Part, load_part, require, validate_parameters
 from adeye.ports import ScalarMeasurement, ScalarObservation
 from adeye.signals import EGO_SPEED
-from adeye.spec.load import load_odd
+from adeye.spec.load import load_odd, shipped
 from adeye.spec.sensors import PluginSensor
 from adeye.sweep.expand import expand
 from adeye.testing import check_channel, check_sensor, passenger_car
@@ -145,7 +154,7 @@ class _Trace:
 
 
 def test_project_loads_and_has_twelve_test_cases_which_are_enough(folder: Path) -> None:
-    write_project(folder)
+    write_files(folder, project_files())
     assert [path.name for path in (folder / "odd").glob("*.yaml")] == ["first.yaml"]
     files = load_odd(folder / "odd" / "first.yaml")
     assert expand(files).count == 12
@@ -172,9 +181,60 @@ def test_nothing_is_overwritten_and_then_nothing_is_written(adeye: Any, folder: 
         (folder / name).unlink()
 
 
+@pytest.mark.parametrize("name", shipped_odds())
+def test_example_is_the_shipped_odd_with_all_that_it_reads(folder: Path, name: str) -> None:
+    write_files(folder, example_files(name))
+    ours, theirs = (
+        load_odd(folder / "odd" / f"{name}.yaml"),
+        load_odd(shipped("odd") / f"{name}.yaml"),
+    )
+    for kind in ("odd", "concept"):
+        assert getattr(ours, kind).spec == getattr(theirs, kind).spec
+    assert {key: item.spec for key, item in ours.architectures.items()} == {
+        key: item.spec for key, item in theirs.architectures.items()
+    }
+    assert all(path.is_file() for path in ours.named_files())
+
+
+def test_examples_are_listed_and_another_name_is_refused(adeye: Any) -> None:
+    listed = adeye("init", "--list").ok.out
+    assert "ramp " in listed
+    assert "fault_campaign " in listed
+    assert "Did you mean 'ramp'?" in adeye("init", "--example", "ramps").refused
+    assert adeye("init", "mine", "--example", "ramp").ok.out == (
+        "Next: cd mine && adeye run odd/ramp.yaml --report report.html\n"
+    )
+
+
+@pytest.mark.parametrize("service", Service)
+def test_workflow_runs_every_odd_and_is_yaml(adeye: Any, folder: Path, service: Service) -> None:
+    place = {Service.github: ".github/workflows/adeye.yml", Service.gitlab: ".gitlab-ci.yml"}
+    done = adeye("init", "new", "--ci", service.value).ok
+    assert f"wrote new/{place[service]}" in done.err
+    assert "Next: cd new && adeye run odd/first.yaml" in done.out
+    (folder / "odd").mkdir()
+    for name in ("a", "b"):
+        (folder / "odd" / f"{name}.yaml").write_text("")
+    done = adeye("init", "--ci", service.value).ok
+    assert (done.out, done.err) == ("", f"wrote {place[service]}\n")
+    text = (folder / place[service]).read_text("utf-8")
+    read = yaml.safe_load(text)
+    job = read["jobs"]["odd"] if service is Service.github else read["safety"]
+    odds = (
+        job["strategy"]["matrix"]["odd"]
+        if "strategy" in job
+        else job["parallel"]["matrix"][0]["ODD"]
+    )
+    assert odds == ["a", "b"]
+    assert "$$" not in text
+    assert "adeye run odd/$" in text
+    assert "--junit" in text
+    assert "already there" in adeye("init", "--ci", service.value).refused
+
+
 @pytest.mark.slow
 def test_commands_of_the_readme_exist(adeye: Any) -> None:
-    verbs = set(re.findall(r"^    adeye (\w+)", project_files()["odd/README.md"], re.MULTILINE))
-    assert verbs == {"plan", "run", "query", "show", "replay"}
+    verbs = set(re.findall(rb"^    adeye (\w+)", project_files()["odd/README.md"], re.MULTILINE))
+    assert verbs == {b"plan", b"run", b"query", b"show", b"replay"}
     for verb in verbs:
-        assert adeye(verb, "--help").code == 0
+        assert adeye(verb.decode(), "--help").code == 0

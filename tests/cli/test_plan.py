@@ -10,7 +10,7 @@ import pytest
 import yaml
 
 from adeye.campaign.plan import SignalRow, make_plan
-from adeye.cli.new import write_project
+from adeye.cli.new import project_files, write_files
 from adeye.cli.plan import _fault_entries
 from adeye.spec.load import shipped
 from tests.project import Executed
@@ -21,7 +21,7 @@ from tests.project import Executed
 @pytest.fixture
 def odd(folder: Path) -> str:
     """Write the starter project."""
-    write_project(folder)
+    write_files(folder, project_files())
     return "odd/first.yaml"
 
 
