@@ -168,6 +168,7 @@ WRONG |= {
     )
     for name, given in {
         "architectures": (None, 1, "camera_radar", [1], [["a"]]),
+        "baseline": (1, True, ["camera_radar"]),
         "objectives": (None, 1, "margin", [1], [["margin"]]),
         "confidence": (None, "0.9", [], True),
         "epsilon": (None, 1, "margin", ["margin"]),
@@ -192,10 +193,12 @@ def test_difference_that_is_no_number_is_refused(mini: Executed) -> None:
 
 
 @pytest.mark.parametrize("name", ["a\0b", "\ud800", "a\0b.parquet"])
-def test_text_that_names_no_file_is_an_input_error(name: str) -> None:
+def test_text_that_names_nothing_is_an_input_error(name: str, mini: Executed) -> None:
     refused(InputError, adeye.plan, name)
     refused(InputError, adeye.stl, ALWAYS, name)
     refused(InputError, adeye.results, db=name)
+    refused(InputError, adeye.run, mini.plan, db=name)
+    refused(InputError, adeye.compare, name, db=mini.db)
 
 
 # --- The version is one, wherever it is asked for -------------------------------------------------

@@ -359,6 +359,10 @@ class CompareOptions:
             UsageError: One is unknown, or there are fewer than two.
         """
         _require_names("architectures", self.architectures)
+        if not isinstance(self.baseline, str | None):
+            raise UsageError(
+                f"baseline is {shown(self.baseline)}", remedy="Give the id of an architecture."
+            )
         wanted = list(dict.fromkeys(self.architectures)) or list(known)
         if self.baseline is not None and self.baseline not in wanted:
             wanted.append(self.baseline)
