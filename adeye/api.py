@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
@@ -20,7 +21,7 @@ from adeye.store.repository import Repository
 from adeye.units import shown
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable
 
     import pandas as pd
 
@@ -49,7 +50,8 @@ def plan(
     """
     if not isinstance(odd, str | Path):
         raise UsageError(f"{shown(odd)} is no ODD", remedy="Give its file, as text or as a path.")
-    _require_texts(backend=backend, variant=variant)
+    _require_texts(variant=variant)
+    _require_text("backend", backend)
     return make_plan(odd, backend=backend, variant=variant)
 
 
@@ -79,6 +81,8 @@ def run(  # noqa: PLR0913 - as the verb
         adeye.errors.AdeyeError: Its ``exit_code`` tells of what kind.
     """
     _require_texts(executor=executor, scheduler=scheduler)
+    if progress is not None and not callable(progress):
+        raise UsageError(f"progress is {shown(progress)}", remedy="Give a function, or None.")
     checked = odd if isinstance(odd, CampaignPlan) else plan(odd)
     asked = asked_executor(
         executor,
@@ -113,8 +117,40 @@ def _require_texts(**given: object) -> None:
         UsageError: Names the argument.
     """
     for name, value in given.items():
-        if value is not None and not isinstance(value, str):
-            raise UsageError(f"{name} is {shown(value)}", remedy="Give text.")
+        if value is not None:
+            _require_text(name, value)
+
+
+def _require_text(name: str, value: object) -> None:
+    if not isinstance(value, str):
+        raise UsageError(f"{name} is {shown(value)}", remedy="Give text.")
+
+
+def _require_by_name(**given: object) -> None:
+    """Refuse what is no mapping.
+
+    Raises:
+        UsageError: Names the argument.
+    """
+    for name, value in given.items():
+        if not isinstance(value, Mapping):
+            raise UsageError(
+                f"{name} is {shown(value)}", remedy="Give a mapping by name, such as a dict."
+            )
+
+
+def _require_words(column: str, words: object) -> None:
+    """Refuse what is no sequence of texts; a text would be taken letter by letter.
+
+    Raises:
+        UsageError: Names the column.
+    """
+    if isinstance(words, str | bytes) or not isinstance(words, Sequence):
+        raise UsageError(
+            f"words of {shown(column)} are {shown(words)}", remedy="Give a list of texts."
+        )
+    for word in words:
+        _require_text(f"a word of {shown(column)}", word)
 
 
 def _name_of(campaign: Any) -> str | None:
@@ -167,6 +203,10 @@ def compare(
     Raises:
         adeye.errors.InputError: There is no such campaign or architecture, or nothing to compare.
     """
+    if not isinstance(options, CompareOptions | None):
+        raise UsageError(
+            f"options are {shown(options)}", remedy="Give adeye.CompareOptions(…), or None."
+        )
     with Repository.open(db, create=False) as repository:
         return compare_architectures(
             repository, find_called(repository, _name_of(campaign)), options
@@ -199,12 +239,12 @@ def stl(  # noqa: PLR0913 - as the verb
     """
     if not isinstance(formula, str):
         raise UsageError(f"{shown(formula)} is no formula", remedy="Give it as text.")
+    _require_by_name(units=units, words=words, parameters=parameters)
     _require_texts(time=time, **{f"unit of {shown(name)}": units[name] for name in units})
     for name, value in parameters.items():
         if isinstance(value, int) and value.bit_length() > _MOST_BITS:
             raise UsageError(f"parameter {shown(name)} is {shown(value)}", remedy="Give another.")
     for name in words:
-        for word in words[name]:
-            _require_texts(**{f"a word of {shown(name)}": word})
+        _require_words(name, words[name])
     read = read_table(Path(table)) if isinstance(table, str | Path) else table_of(table)
     return judge_table(formula, read, Reading(time, units, words, parameters, horizon))

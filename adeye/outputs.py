@@ -209,9 +209,13 @@ def require_plain(path: Path, most: float = math.inf) -> None:
         UsageError: It is about to be written.
         OSError: It is not there.
     """
-    reads(path)
-    found = path.stat()
     where = SourceLocation(str(path), 1, 1)
+    try:
+        reads(path)
+        found = path.stat()
+    except ValueError as error:
+        # NUL, or half of a character.
+        raise SpecError("no file has such a name", where=where, remedy="Name a file.") from error
     if stat.S_ISDIR(found.st_mode):
         raise SpecError("this is a folder, not a file", where=where, remedy="Name a file.")
     if not stat.S_ISREG(found.st_mode):

@@ -35,6 +35,12 @@ _INCOMPLETE: Final = 3
 _RETURNED: Final = 70
 _PDEATHSIG: Final = 1  # linux/prctl.h
 _ASKING: Final = (signal.SIGINT, signal.SIGTERM)
+_LIMITS: Final = (signal.SIGXCPU, signal.SIGXFSZ, signal.SIGKILL)
+"""What the system sends to a process that is above a limit."""
+_LIMITED: Final = (
+    "The system may have ended it, for a limit of time, memory or size of files (ulimit -a; of a "
+    "container or a batch queue, too), or somebody has."
+)
 _SETTLE_S: Final = 0.05
 """After which a signal to the whole group has reached every process of it [s]."""
 
@@ -344,9 +350,14 @@ def _ended(status: int, memory: mmap.mmap) -> Ended:
     if -code in _ASKING:
         return Ended(128 - code)
     how = f"code {code}" if code >= 0 else f"signal {-code} ({signal.strsignal(-code)})"
+    where = at_work(memory)
+    why = "A plug-in returns or raises; it never ends the process."
+    if not where:
+        why = f"No plug-in was there. {_LIMITED}"
+    elif -code in _LIMITS:
+        why = f"{_LIMITED} Else a plug-in did, which returns or raises and never ends the process."
     return Ended(
         _INCOMPLETE,
-        f"The process ended with {how} {at_work(memory) or 'by itself'}, before adeye ended it: "
-        "what it was asked for is incomplete. A plug-in returns or raises; it never ends the "
-        "process.",
+        f"The process ended with {' '.join(filter(None, (how, where)))}, before adeye ended it: "
+        f"what it was asked for is incomplete. {why}",
     )

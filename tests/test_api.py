@@ -11,7 +11,7 @@ import pytest
 
 import adeye
 from adeye.cli.app import main
-from adeye.errors import InputError
+from adeye.errors import InputError, UsageError
 from adeye.judge.verdict import ExitCode
 from adeye.reporting import GateOptions, gate_campaign
 from adeye.version import __version__
@@ -140,6 +140,65 @@ TABLE = {"time": [0.0, 1.0], "gap": [9.0, 9.0]}
 )
 def test_number_beyond_all_bounds_is_an_input_error(mini: Executed, call: Any, number: int) -> None:
     refused(InputError, call, number, mini)
+
+
+ALWAYS = "always(gap > 2)"
+WRONG: dict[str, tuple[tuple[Any, ...], Any]] = {
+    "backend": ((None, 1, b"batch"), lambda mini, it: adeye.plan(mini.plan.path, backend=it)),
+    "progress": ((1, "bar"), lambda mini, it: adeye.run(mini.plan, db=mini.db, progress=it)),
+    "options": ((1, "camera", {}), lambda mini, it: adeye.compare(None, it, db=mini.db)),
+    "units": ((None, 1, "m", [], ["gap"]), lambda _, it: adeye.stl(ALWAYS, TABLE, units=it)),
+    "words": ((None, 1, "m", [], ["gap"]), lambda _, it: adeye.stl(ALWAYS, TABLE, words=it)),
+    "parameters": ((None, 1, "m", []), lambda _, it: adeye.stl(ALWAYS, TABLE, parameters=it)),
+    "words of 'gap'": (
+        (None, 1, "near", b"near", {"near": 1}),
+        lambda _, it: adeye.stl(ALWAYS, TABLE, words={"gap": it}),
+    ),
+    "a word of 'gap'": (
+        (None, 1),
+        lambda _, it: adeye.stl(ALWAYS, TABLE, words={"gap": [it]}),
+    ),
+}
+WRONG |= {
+    name: (
+        given,
+        lambda mini, it, name=name: adeye.compare(
+            None, adeye.CompareOptions(**{name: it}), db=mini.db
+        ),
+    )
+    for name, given in {
+        "architectures": (None, 1, "camera_radar", [1], [["a"]]),
+        "baseline": (1, True, ["camera_radar"]),
+        "objectives": (None, 1, "margin", [1], [["margin"]]),
+        "confidence": (None, "0.9", [], True),
+        "epsilon": (None, 1, "margin", ["margin"]),
+    }.items()
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_argument_of_a_wrong_type_is_named_with_what_is_allowed(name: str, mini: Executed) -> None:
+    given, call = WRONG[name]
+    for value in given:
+        caught = refused(UsageError, call, mini, value)
+        assert caught.message.startswith((f"{name} is ", f"{name} are "))
+        assert caught.remedy.startswith("Give ")
+
+
+def test_difference_that_is_no_number_is_refused(mini: Executed) -> None:
+    value: Any
+    for value in (None, "1", True, [], float("nan")):
+        options = adeye.CompareOptions(epsilon={"margin": value})
+        refused(UsageError, adeye.compare, None, options, db=mini.db, says="epsilon of margin is ")
+
+
+@pytest.mark.parametrize("name", ["a\0b", "\ud800", "a\0b.parquet"])
+def test_text_that_names_nothing_is_an_input_error(name: str, mini: Executed) -> None:
+    refused(InputError, adeye.plan, name)
+    refused(InputError, adeye.stl, ALWAYS, name)
+    refused(InputError, adeye.results, db=name)
+    refused(InputError, adeye.run, mini.plan, db=name)
+    refused(InputError, adeye.compare, name, db=mini.db)
 
 
 # --- The version is one, wherever it is asked for -------------------------------------------------

@@ -48,9 +48,12 @@ LEAVING = {
 }
 
 
-def ended(act: str, code: int = 0, after: str = "") -> tuple[int, str, str]:
+def ended(
+    act: str, code: int = 0, after: str = "", *, by_guest: bool = True
+) -> tuple[int, str, str]:
     """Let a supervised process do something; return its exit code and what it said."""
-    process = started("-c", PROGRAM.format(act=act, code=code, after=after))
+    program = PROGRAM if by_guest else PROGRAM.replace('with guest("./part.py:Part"):', "if True:")
+    process = started("-c", program.format(act=act, code=code, after=after))
     out, err = process.communicate(timeout=60)
     assert wait_for_the_end(process.pid) == []
     return process.returncode, out, err
@@ -60,6 +63,26 @@ def ended(act: str, code: int = 0, after: str = "") -> tuple[int, str, str]:
 def test_process_that_did_not_see_its_end_is_incomplete(act: str) -> None:
     code, out, _ = ended(act)
     assert (code, "./part.py:Part" in out) == (3, True), out
+
+
+LIMIT = "import resource; resource.setrlimit(resource.RLIMIT_CPU, (1, 9)); any(iter(lambda: 0, 1))"
+
+
+@pytest.mark.parametrize("act", [LIMIT, LEAVING["killed"], LEAVING["os._exit"]])
+def test_end_without_a_plugin_is_not_called_that_of_one(act: str) -> None:
+    code, out, _ = ended(act, by_guest=False)
+    assert code == 3
+    assert "No plug-in was there. The system may have ended it, for a limit" in out
+    assert "never ends" not in out
+
+
+def test_limit_of_the_system_is_named_where_a_plugin_was_at_work() -> None:
+    code, out, _ = ended(LIMIT)
+    assert code == 3
+    assert f"signal {int(signal.SIGXCPU)}" in out
+    assert "./part.py:Part" in out
+    assert "The system may have ended it, for a limit" in out
+    assert "No plug-in" not in out
 
 
 def test_exit_code_is_the_one_of_the_explicit_end() -> None:

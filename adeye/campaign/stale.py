@@ -114,6 +114,12 @@ class Staleness:
     to_replay: int
     to_execute: int
 
+    @property
+    def is_complete(self) -> bool:
+        """Whether nothing is stale, and all that the files ask for is there."""
+        left = self.to_judge + self.to_replay + self.to_execute
+        return not self.stale and self.there == self.planned and not left
+
 
 @dataclass(frozen=True, slots=True)
 class _Case:

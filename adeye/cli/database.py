@@ -502,7 +502,7 @@ def verify_manifest(
         manifest: File of the manifest.
         key: Public Ed25519 key of the signer, in PEM.
         unsigned: Check the hashes without a signature.
-        files_only: Look at the named files, not at a database.
+        files_only: Look at the named files alone, not at root, rows and traces in a database.
 
     Examples:
         adeye manifest verify manifest.json --key signing.pub.pem
@@ -528,15 +528,20 @@ def verify_manifest(
         found = tuple(differing(document, manifest.parent, repository))
     if json:
         told = {"campaign": document["campaign"], "root": document["root"], "signer": signer}
-        out.emit_json(
-            "manifest-verify", {**told, "sha256": fingerprint(content), "findings": found}
-        )
+        checked = ("files",) if files_only else ("files", "root", "rows", "traces")
+        told |= {"sha256": fingerprint(content), "checked": checked, "findings": found}
+        out.emit_json("manifest-verify", told)
     else:
         for line in found:
             out.emit_line(line)
         if not found:
             by = "unsigned" if signer is None else f"signed with key {signer[:16]}"
-            out.emit_line(f"{manifest}: everything is as it says, {by}.")
+            count = len(document["files"])
+            what = "everything is"
+            if files_only:
+                what = f"{count} named file{' is' if count == 1 else 's are'}"
+            unseen = "; root, rows and traces were not looked at" if files_only else ""
+            out.emit_line(f"{manifest}: {what} as it says, {by}{unseen}.")
     if found:
         out.talk(f"IntegrityError: {len(found)} findings. Ask its author for the original.")
         raise typer.Exit(ExitCode.INTEGRITY)

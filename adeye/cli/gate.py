@@ -154,6 +154,7 @@ def stale(
     db: opt.Db = None,
     backend: opt.Backend = "batch",
     variant: opt.Variant = None,
+    exit_code: bool = False,
     json: opt.Json = False,
 ) -> None:
     """Say which evidence of the newest campaign no longer counts, and why.
@@ -163,13 +164,17 @@ def stale(
     or a formula, the attributes of the ODD, the code of a plug-in. Titles, texts and costs make
     nothing stale. Nothing is executed or saved.
 
-    Exit codes: 0 done, 2 input error, 4 the evidence is not as it was written, 5 database or disk.
+    Exit codes: 0 done, whatever is stale, or with --exit-code only if nothing is; 2 input error,
+    3 with --exit-code: something is stale or missing; 4 the evidence is not as it was written,
+    5 database or disk.
 
     Parameters:
         odd: The ODD's file; default: that of the newest campaign.
+        exit_code: End with 3 if a verdict is stale, or the files ask for one that is not there.
 
     Examples:
         adeye stale
+        adeye stale odd/first.yaml --exit-code
         adeye stale odd/first.yaml --json
     """
     from adeye.campaign.stale import find_stale
@@ -195,6 +200,8 @@ def stale(
         found = find_stale(repository, plan, campaign)
     shown = partial(_print_stale, odd=path, db=db)
     out.emit_found("stale", found, shown, json=json, document=_stale_document)
+    if exit_code and not found.is_complete:
+        raise typer.Exit(ExitCode.INCOMPLETE)
 
 
 _STALE: Final = ("cause", "subject", "text", "evidence", "runs", "fsrs", "architectures")

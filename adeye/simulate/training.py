@@ -36,7 +36,7 @@ from adeye.simulate.channels.rack import ChannelRack, Contexts
 from adeye.simulate.mirror import as_driven
 from adeye.simulate.sensors.rig import Rig
 from adeye.simulate.traffic import make_traffic
-from adeye.simulate.traffic.env import draw_case, rewards
+from adeye.simulate.traffic.env import draw_case, require_seed, rewards
 from adeye.spec.architecture import Architecture
 from adeye.spec.channels import PolicyChannel, TrackingParameters
 from adeye.spec.clock import ticks
@@ -130,11 +130,12 @@ class PolicyEnv(gymnasium.Env[Any, Any]):
             The observation, and the scenario's parameters.
 
         Raises:
-            UsageError: An option is given.
+            UsageError: An option is given, or the seed is no whole number from 0.
             SpecError: No draw satisfies the scenario's constraints.
         """
         if options:
             raise UsageError(f"reset has no option {min(options)!r}", remedy="Leave it away.")
+        require_seed(seed)
         super().reset(seed=seed)
         if seed is not None:
             self._seed, self._episode = seed, 0

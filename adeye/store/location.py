@@ -200,6 +200,11 @@ def _file(text: str) -> Path:
             raise InputError(f"database: {problem.format(*parts)}", remedy=remedy.format(*parts))
     if any(unicodedata.category(sign) in {"Cc", "Zl", "Zp"} for sign in text):
         raise InputError(f"database: {shown(text)} has a control character", remedy="Remove it.")
+    try:
+        os.fsencode(text)
+    except UnicodeEncodeError as error:
+        said = f"database: {shown(text)} is the name of no file: it has half of a character"
+        raise InputError(said, remedy=_FORMS) from error
     # Unlike those of Path these also know names that are too long to be any.
     if os.path.exists(text) and not os.path.isfile(text):  # noqa: PTH110, PTH113
         what = "a folder" if os.path.isdir(text) else "no regular file"  # noqa: PTH112

@@ -512,6 +512,7 @@ def expand(
         read, points = read_points(files, number, (refused or {}).get(use.name, {}))
         axes[use.name] = tuple(axis.name for axis in read)
         designed[use.name] = points
+        first = len(every)
         for architecture in files.architectures.values():
             made = groups.groups_of(files, number, architecture, read, points)
             every += made
@@ -528,11 +529,33 @@ def expand(
                     cases,
                 )
             )
+        _require_injected(files, number, read, every[first:])
     sections = groups.sections_of(every, odd.replicates)
     expansion = Expansion(files, tuple(factors), axes, designed, sections, Variants())
     _check_limit(expansion)
     groups.check_clock(files, odd.step)
     return expansion
+
+
+def _require_injected(
+    files: OddFiles, number: int, axes: Sequence[Axis], made: Sequence[groups.Group]
+) -> None:
+    """Refuse what a use varies or fixes of a fault that none of its test cases has."""
+    use = files.odd.spec.scenarios[number]
+    reader = AxisReader(files, use.name, files.scenarios[use.name])
+    written = [(axis.name, axis.kind, axis.path, axis.where) for axis in axes]
+    for name in use.parameters:
+        where = files.odd.locate(("scenarios", number, "parameters", name))
+        written.append((name, *reader.resolve(name, where), where))
+    injected = {files.odd.spec.faults[fault].id for group in made for fault in group.faults}
+    for name, kind, path, where in written:
+        if kind == "faults" and path[0] not in injected:
+            raise SweepError(
+                f"{name}: no test case of scenario {use.name} has fault {path[0]}, so that this "
+                "changes no run",
+                where=where,
+                remedy=f"Name {path[0]} in `faults` of the scenario, or remove this.",
+            )
 
 
 def _check_limit(expansion: Expansion) -> None:

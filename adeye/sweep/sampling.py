@@ -7,6 +7,7 @@ declared distribution, or evenly between its ends.
 from __future__ import annotations
 
 from dataclasses import replace
+from operator import itemgetter
 from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
@@ -159,6 +160,27 @@ def _require_drawable(axes: Sequence[Axis], kind: str) -> None:
                 where=axis.where,
                 remedy="Use another design for paths, or declare a choice.",
             )
+        if axis.law is None:
+            _require_ends(axis, kind)
+
+
+def _require_ends(axis: Axis, kind: str) -> None:
+    """Refuse values that no draw would know of: only the ends count, the lower one first."""
+    low, *others = map(float, axis.values)
+    if len(others) < 2 and all(low <= high for high in others):
+        return
+    ends = sorted(zip(map(float, axis.values), axis.texts, strict=True), key=itemgetter(0))
+    first, last = ends[0][1], ends[-1][1]
+    wrong = f"{axis.texts[0]} is above {axis.texts[-1]}"
+    remedy = f"Write [{first}, {last}]."
+    if len(others) > 1:
+        wrong = f"of {len(axis):,} values those between, such as {axis.texts[1]}, would not count"
+        remedy = f"Write [{first}, {last}]; for single values a choice or another design."
+    raise SweepError(
+        f"{axis.name}: design: {kind} draws evenly between two ends, the lower one first; {wrong}",
+        where=axis.where,
+        remedy=remedy,
+    )
 
 
 def _is_choice(axis: Axis) -> bool:

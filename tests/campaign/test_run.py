@@ -429,6 +429,20 @@ def test_pieces_that_failed_are_tried_one_by_one(make: Make, repository: Reposit
 
 
 @pytest.mark.slow
+def test_worker_that_dies_after_its_task_was_completed_takes_nothing_back(
+    make: Make, repository: Repository
+) -> None:
+    tasks = make(0, 2, 5)
+    task = next(tasks)
+    assert tasks.complete(task, execute(task)) == 3
+    tasks.fail(task, "its worker died")
+    assert (tasks.failures, tasks.held(), tasks.executed) == (["its worker died"], [], 3)
+    work = repository.find_campaign().work
+    assert (work.done, work.leased, work.quarantined) == (3, 0, 0)
+    assert list(tasks) == []
+
+
+@pytest.mark.slow
 def test_piece_that_was_taken_over_does_not_count(make: Make, repository: Repository) -> None:
     tasks = make(0, 2, 5)
     task = next(tasks)

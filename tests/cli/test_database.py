@@ -176,11 +176,16 @@ def test_unsigned_manifest_tells_altered_files(adeye: Any, folder: Path, campaig
     assert "needs either --key or --unsigned" in done.refused
     verify = ("manifest", "verify", "manifest.json", "--unsigned", "--db", "x.db")
     assert adeye(*verify).out == "manifest.json: everything is as it says, unsigned.\n"
+    only = ("manifest", "verify", "manifest.json", "--unsigned", "--files-only")
+    said = "1 named file is as it says, unsigned; root, rows and traces were not looked at"
+    assert adeye(*only).ok.out == f"manifest.json: {said}.\n"
+    assert adeye(*only, "--json").document["checked"] == ["files"]
+    assert adeye(*verify, "--json").document["checked"] == ["files", "root", "rows", "traces"]
     (folder / "report.html").write_text("red")
     ended = adeye(*verify, "--json")
     assert (ended.code, ended.document["findings"]) == (4, ["file report.html: is altered"])
     assert adeye(*verify).out == "file report.html: is altered\n"
-    assert adeye("manifest", "verify", "manifest.json", "--unsigned", "--files-only").code == 4
+    assert adeye(*only).code == 4
 
 
 def test_key_is_not_overwritten_by_the_signature(adeye: Any, folder: Path, campaign: str) -> None:

@@ -217,6 +217,8 @@ def test_illegal_decomposition_is_refused_with_its_line(adeye: Any, project: Pro
 def test_withdrawn_results_do_not_count(adeye: Any, mini: Executed, tmp_path: Path) -> None:
     db = tmp_path / "x.db"
     shutil.copy(mini.db, db)
+    asked = ("stale", str(mini.project.odd), "--db", str(db), "--exit-code")
+    assert adeye(*asked).code == 0
     with Repository.open(db) as repository:
         run = repository.find_run("0", campaign=repository.find_campaign().id)
         repository.evidence.withdraw(run.result_digest, author="J. Doe", reason="wrong map")
@@ -224,7 +226,9 @@ def test_withdrawn_results_do_not_count(adeye: Any, mini: Executed, tmp_path: Pa
     assert found["counts"] < found["evidence"]
     assert found["now"]["there"] == found["counts"]
     assert [item["cause"] for item in found["stale"]] == ["withdrawn"]
-    assert "J. Doe: wrong map" in adeye("stale", str(mini.project.odd), "--db", str(db)).out
+    ended = adeye(*asked)
+    assert (ended.code, "J. Doe: wrong map" in ended.out) == (3, True)
+    assert adeye(*asked[:-1]).code == 0
 
 
 @pytest.mark.parametrize(

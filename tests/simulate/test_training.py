@@ -127,6 +127,7 @@ def test_what_cannot_be_trained_is_refused() -> None:
     env = made()
     refused(UsageError, env.step, np.zeros(2), says="was not reset")
     refused(UsageError, env.reset, options={"cases": []}, says="no option 'cases'")
+    refused(UsageError, env.reset, seed=-1, says="the seed is -1")
     env.reset(seed=1)
     refused(UsageError, env.step, np.full(2, np.nan), says="not finite")
     env.close()

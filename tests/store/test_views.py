@@ -102,6 +102,19 @@ def test_verdicts_of_a_run_are_a_json_object(store: Store) -> None:
     assert shown == (3.0, None, "no_conflict")
 
 
+def test_withdrawn_run_is_no_run_and_no_part_of_a_pair(store: Store) -> None:
+    campaign = store.campaign(8)
+    ask = "SELECT ordinal FROM v_runs ORDER BY ordinal"
+    pairs = "SELECT run_a, run_b FROM v_architecture_pairs"
+    assert (len(store.rows(ask)), len(store.rows(pairs))) == (8, 4)
+    run = store.repository.find_run("1", campaign=campaign).result_digest
+    store.vouched(campaign)
+    assert store.rows(ask) == [(ordinal,) for ordinal in range(8) if ordinal != 1]
+    assert [row for row in store.rows("SELECT run FROM v_runs_cut_in") if row[0] == run] == []
+    told = [tuple(row) for row in store.rows(pairs)]
+    assert (len(told), [row for row in told if run in row]) == (3, [])
+
+
 def test_unjudged_case_shows_an_empty_object(store: Store) -> None:
     store.campaign([store.example.case(2, inside_odd=False)])
     assert one(store.raw, "SELECT verdicts FROM v_runs")["verdicts"] == "{}"

@@ -82,6 +82,25 @@ def test_fault_axis_varies_only_the_entries_that_have_the_fault(load: Load) -> N
     assert {f.duration for case in cases for f in case.faults} == {1.0, 2.0}
 
 
+@pytest.mark.parametrize("name", ["sweep", "parameters"])
+def test_what_is_written_into_a_fault_that_no_test_case_has_is_refused(
+    load: Load, name: str
+) -> None:
+    length = "faults.camera_out.duration"
+    sweep = {
+        "parameters": {"gap": ["30 m"], **({length: ["1 s", "2 s"]} if name == "sweep" else {})}
+    }
+    fixed = {"parameters": {length: "1 s"}} if name == "parameters" else {}
+    for entries in ([], ["none"], ["radar_out"]):
+        files = load(sweep, faults=[CAMERA_OUT, RADAR_OUT], use={"faults": entries, **fixed})
+        caught = refused(
+            SweepError, expand, files, says="no test case of scenario cut_in has fault"
+        )
+        assert caught.where is not None
+        assert "Name camera_out in `faults`" in caught.remedy
+    assert expand(load(sweep, faults=[CAMERA_OUT], use=fixed)).count > 2
+
+
 def test_relations_and_scenario_constraints_exclude_points(load: Load) -> None:
     axes = {"ego_speed": ["20 km/h", "50 km/h"], "relative_speed": ["-50 km/h", "-10 km/h"]}
     expansion = expand(load({"parameters": axes, "where": ["relative_speed <= -10 km/h"]}))

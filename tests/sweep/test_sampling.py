@@ -129,6 +129,22 @@ def test_design_that_cannot_be_is_refused(load: Load) -> None:
         assert caught.remedy
 
 
+@pytest.mark.parametrize("design", ["random", "lhs", "sobol"])
+def test_values_that_no_draw_knows_of_are_refused(load: Load, design: str) -> None:
+    ends = {"gap": ["40 m", "60 m"]}
+    for values, said in (
+        (["40 m", "50 m", "60 m"], "of 3 values those between, such as 50 m, would not count"),
+        ({"from": "40 m", "to": "60 m", "step": "5 m"}, "of 5 values those between, such as 45 m"),
+        (["60 m", "40 m"], "60 m is above 40 m"),
+        (["60 m", "4000 cm", "50 m"], "of 3 values"),
+    ):
+        caught = refused(SweepError, points_of, load, design, 4, {"gap": values}, says=said)
+        assert caught.message.startswith(f"gap: design: {design} draws evenly between two ends")
+        assert caught.where is not None
+        assert caught.remedy.startswith("Write [40")
+    assert points_of(load, design, 4, ends).count == 4
+
+
 def test_number_of_sobol_points_that_fits_is_named(load: Load) -> None:
     caught = refused(SweepError, points_of, load, "sobol", 48)
     assert caught.remedy == "Write samples: 32 or 64."

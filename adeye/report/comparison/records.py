@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from numbers import Real
 from typing import Annotated, Final, Literal
 
 from pydantic import Field
@@ -12,6 +13,7 @@ from pydantic import Field
 from adeye.errors import UsageError, require_known, suggest
 from adeye.judge.verdict import Verdict
 from adeye.report.model.part import Count, Id, Part, agrees
+from adeye.units import shown
 
 # --- What a comparison of architectures says, as one typed record: tables, JSON and page show it --
 
@@ -356,6 +358,11 @@ class CompareOptions:
         Raises:
             UsageError: One is unknown, or there are fewer than two.
         """
+        _require_names("architectures", self.architectures)
+        if not isinstance(self.baseline, str | None):
+            raise UsageError(
+                f"baseline is {shown(self.baseline)}", remedy="Give the id of an architecture."
+            )
         wanted = list(dict.fromkeys(self.architectures)) or list(known)
         if self.baseline is not None and self.baseline not in wanted:
             wanted.append(self.baseline)
@@ -377,9 +384,14 @@ class CompareOptions:
             UsageError: Confidence, an objective or an epsilon is unknown, repeated or out of
                 range.
         """
-        if not 0.5 <= self.confidence < 1.0:
+        if not _is_number(self.confidence) or not 0.5 <= self.confidence < 1.0:
             raise UsageError(
-                f"confidence is {self.confidence:g}", remedy="Give one from 0.5 to below 1."
+                f"confidence is {shown(self.confidence)}", remedy="Give one from 0.5 to below 1."
+            )
+        _require_names("objectives", self.objectives)
+        if not isinstance(self.epsilon, Mapping):
+            raise UsageError(
+                f"epsilon is {shown(self.epsilon)}", remedy="Give differences by objective."
             )
         if not self.objectives:
             raise UsageError(
@@ -394,9 +406,10 @@ class CompareOptions:
                 )
         for name, value in self.epsilon.items():
             _check_objective(name)
-            if not 0.0 <= value < float("inf"):
+            if not _is_number(value) or not 0.0 <= value < float("inf"):
                 raise UsageError(
-                    f"epsilon of {name} is {value:g}", remedy="Give a finite number, 0 or more."
+                    f"epsilon of {name} is {shown(value)}",
+                    remedy="Give a finite number, 0 or more.",
                 )
             if name not in self.objectives:
                 raise UsageError(
@@ -404,6 +417,17 @@ class CompareOptions:
                     f"{', '.join(self.objectives)}",
                     remedy=f"Leave it out, or add {name} to the objectives.",
                 )
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool)
+
+
+def _require_names(what: str, names: object) -> None:
+    """Refuse what is no sequence of texts; a text would be taken letter by letter."""
+    listed = names if isinstance(names, Sequence) and not isinstance(names, str | bytes) else [None]
+    if not all(isinstance(name, str) for name in listed):
+        raise UsageError(f"{what} are {shown(names)}", remedy="Give a list of texts.")
 
 
 def _check_objective(name: str) -> None:

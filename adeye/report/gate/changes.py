@@ -106,7 +106,7 @@ class Tolerances:
                     f"--tolerance of {shown(name)} is {size:g}, beyond which nothing would be lost",
                     remedy=f"Give 0 to {MOST_TOLERANCE:g}.",
                 )
-            if name not in {*fsrs, *units, "1"}:
+            if name not in {*fsrs, *units}:
                 raise UsageError(
                     f"--tolerance {name!r} is neither an FSR nor a unit of a margin",
                     remedy=f"There are: {', '.join([*sorted(set(fsrs)), *sorted(set(units))])}.",
@@ -357,6 +357,10 @@ def _notes(then: Baseline, now: Baseline) -> Iterator[Finding]:
         if added:
             text = f"{part} not in the baseline: {', '.join(added)}"
             yield Finding(Kind.NOTE, text, decides=False)
+    if then.concept_digest != now.concept_digest:
+        # FTTI, classes of hazards, goals and capabilities: no verdict hangs on them.
+        text = "the concept was edited; adeye check says whether it holds together"
+        yield Finding(Kind.NOTE, text, decides=False)
     added = sorted(set(now.fsrs) - set(then.fsrs))
     if added:
         yield Finding(Kind.NOTE, f"FSRs not in the baseline: {', '.join(added)}", decides=False)
@@ -532,6 +536,30 @@ def _column(baseline: Baseline, place: tuple[str, str], fsr: str) -> Column | No
             at = part.fsrs.index(fsr)
             return Column(fsr, at, part.measures[at])
     return None
+
+
+def compared_units(then: Baseline, now: Baseline) -> set[str]:
+    """Return the units of margins, with ``1`` only if some have none or are divided by a scale.
+
+    Args:
+        then: The baseline.
+        now: The campaign as a baseline would keep it.
+    """
+    units = {cell.margin.unit for cell in (*then.cells, *now.cells) if cell.margin}
+    former, present = _scaled(then), _scaled(now)
+    if any(former[at] is None or former[at] != present[at] for at in former.keys() & present):
+        units.add("1")
+    return units
+
+
+def _scaled(baseline: Baseline) -> dict[tuple[str, str, str], str | None]:
+    """Give the measure of what has a margin, by architecture, scenario and FSR."""
+    return {
+        (part.architecture, part.scenario, fsr): part.measures[at]
+        for part in baseline.cases or ()
+        for at, fsr in enumerate(part.fsrs)
+        if any(row.robustness[at] is not None for row in part.rows)
+    }
 
 
 def _place(cell: BaselineCell) -> tuple[str, str, str | None]:

@@ -32,7 +32,14 @@ from adeye.report.gate.baseline import (
     read_baseline,
     write_baseline,
 )
-from adeye.report.gate.changes import Snapshot, Tolerances, changes, check_same_odd, state_of
+from adeye.report.gate.changes import (
+    Snapshot,
+    Tolerances,
+    changes,
+    check_same_odd,
+    compared_units,
+    state_of,
+)
 from adeye.report.model.part import Margin
 from adeye.report.words import counted, unit_text
 from adeye.signals import Ints
@@ -348,6 +355,8 @@ def judge_campaign(
         left = f"{counted(now.accounted)} of {counted(now.planned)} test cases are accounted for"
         text = f"{left}; the campaign is {campaign.state}. Run it again, it goes on"
         own.append(Finding(Kind.MISSING, text))
+    if told := totals.withdrawn_in_words(repository, campaign):
+        own.append(Finding(Kind.MISSING, told))
     if edits:
         own.append(Finding(Kind.CHANGED, edits))
     set_aside = _set_aside(repository, campaign)
@@ -365,8 +374,7 @@ def judge_campaign(
     changed: list[Finding] = []
     if then is not None:
         check_same_odd(then, now, str(path))
-        units = [cell.margin.unit for cell in (*then.cells, *now.cells) if cell.margin]
-        tolerances.check([*then.fsrs, *now.fsrs], units)
+        tolerances.check([*then.fsrs, *now.fsrs], sorted(compared_units(then, now)))
         tolerances = replace(tolerances, steps=_steps(repository, campaign))
         changed = list(map(set_aside, changes(then, snapshot, tolerances)))
     decided = gate_code_of([*own, *changed], code)

@@ -26,6 +26,7 @@ from adeye.spec.load import load_architecture, load_scenario
 from adeye.spec.scenario import LogicalScenario
 from adeye.sweep.axes import default_values, quantity_or_text
 from adeye.sweep.case import lone_case
+from adeye.units import shown
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -168,11 +169,13 @@ class TrafficVectorEnv(VectorEnv[Observation, Floats, Any]):
 
         Raises:
             UsageError: The number of test cases is wrong, their scenario has other objects, an
-                option is unknown, or the mask is none or leaves out a run that has never begun.
+                option is unknown, the seed is no whole number from 0, or the mask is none or leaves
+                out a run that has never begun.
             SpecError: No draw satisfies the scenario's constraints.
         """
         options = options or {}
         begins = self._masked(options)
+        require_seed(seed)
         super().reset(seed=seed)
         if seed is not None:
             self._seed, self._episode = seed, 0
@@ -328,6 +331,7 @@ class TrafficEnv(gymnasium.Env[Observation, Floats]):
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
         """Begin the run, see ``TrafficVectorEnv.reset``."""
+        require_seed(seed)
         super().reset(seed=seed)
         seen, info = self._vector.reset(seed=seed, options=options)
         values = {name: value[0].item() for name, value in info["parameters"].items()}
@@ -346,6 +350,17 @@ class TrafficEnv(gymnasium.Env[Observation, Floats]):
             name: seen[name][0] if isinstance(space, spaces.Discrete) else np.array(seen[name][0])
             for name, space in known.spaces.items()
         }
+
+
+def require_seed(seed: object) -> None:
+    """Refuse what is no seed of a run: every other is a run of its own.
+
+    Raises:
+        UsageError: It is neither None nor a whole number that is not negative.
+    """
+    is_seed = isinstance(seed, int) and not isinstance(seed, bool) and seed >= 0
+    if seed is not None and not is_seed:
+        raise UsageError(f"reset: the seed is {shown(seed)}", remedy="Give a whole number from 0.")
 
 
 def draw_case(
@@ -401,7 +416,8 @@ def draw_parameters(
         Values in SI by name.
     """
     values = default_values(scenario)
-    stream = np.uint64(seed % 2**64)
+    # A remainder would give the draws of a small seed to a large one.
+    stream = np.uint64(seed if seed < 2**64 else owner_id(str(seed)))
     for name, parameter in scenario.parameters.items():
         if parameter.range is not None:
             low, high = (float(quantity_or_text(end)[0]) for end in parameter.range)

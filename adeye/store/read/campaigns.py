@@ -18,7 +18,7 @@ from adeye.notices import notice
 from adeye.store import catalogue as catalog
 from adeye.store import records, schema, tables
 from adeye.store.cases import JUDGED, JUDGED_CASES, standing
-from adeye.store.encoding import stored_rows
+from adeye.store.encoding import clean_text, stored_rows
 from adeye.store.evidence.ledger_check import require_no_campaign_gone
 from adeye.store.location import Location
 from adeye.store.owner import clock_now, is_abandoned
@@ -101,7 +101,7 @@ def latest_id(connection: Connection, odd: str | None = None) -> str | None:
     """Return the id of the campaign that was planned last, of one ODD if its id is given."""
     found = connection.exec_driver_sql(
         "SELECT campaign FROM v_campaigns WHERE odd = coalesce(?, odd) ORDER BY recency LIMIT 1",
-        (odd,),
+        (None if odd is None else clean_text(odd),),
     )
     return found.scalar()
 

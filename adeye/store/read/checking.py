@@ -16,6 +16,7 @@ from adeye.spec.architecture import Architecture
 from adeye.spec.fault import FAULT, Injected, idle_faults
 from adeye.spec.quantity import SI
 from adeye.store import tables
+from adeye.store.cases import standing
 from adeye.store.evidence.verification import require_sound
 from adeye.store.ledger import insert_rows
 from adeye.store.location import Place, locate
@@ -28,6 +29,7 @@ from adeye.store.write.content import save_concept, save_content
 from adeye.store.write.planning import fsr_rows, judging_hash, save_campaign
 
 _UNSAVED: Final = "unsaved"
+_STANDS: Final = standing("run.result_digest")
 PLAN_RULES: Final = tuple(rule for rule in RULES if not rule.needs_evidence)
 """Rules that a plan is enough for."""
 EVIDENCE_RULES: Final = tuple(rule for rule in RULES if rule.needs_evidence)
@@ -170,7 +172,9 @@ def check_campaign(
 
 
 def count_unknown(place: Place, campaign: str, results: Iterable[Sequence[str]]) -> tuple[int, int]:
-    """Count the results that neither a campaign asks for nor anything has brought.
+    """Count the results that neither a campaign asks for nor anything has brought for good.
+
+    What a campaign asks for and lacks is its own finding; what was withdrawn is not there.
 
     Args:
         place: The database, which is there.
@@ -188,10 +192,10 @@ def count_unknown(place: Place, campaign: str, results: Iterable[Sequence[str]])
         for digests in results:
             given = json.dumps(list(digests))
             known = connection.exec_driver_sql(
-                "SELECT result_digest FROM campaign_case WHERE campaign_id = ? "
+                "SELECT result_digest FROM campaign_case WHERE campaign_id = ? "  # noqa: S608 - own
                 "AND result_digest IN (SELECT value FROM json_each(?)) "
                 "UNION SELECT result_digest FROM run "
-                "WHERE result_digest IN (SELECT value FROM json_each(?))",
+                f"WHERE result_digest IN (SELECT value FROM json_each(?)) AND {_STANDS}",
                 (campaign, given, given),
             )
             total += len(digests)

@@ -408,9 +408,14 @@ def _first(texts: Sequence[str]) -> str:
 
 
 def _told(withdrawn: Sequence[Withdrawal]) -> str:
-    """Say of withdrawn results which, by whom and why."""
+    """Say of withdrawn results which, by whom and why; nothing if there is none."""
     said = [f"{item.result_digest[:12]} by {item.author}: {item.reason}" for item in withdrawn]
-    return f"{len(withdrawn)} results are withdrawn ({_first(said)})"
+    return f"{len(withdrawn)} results are withdrawn ({_first(said)})" if said else ""
+
+
+def withdrawn_in_words(repository: Repository, campaign: CampaignInfo) -> str:
+    """Say which results of a campaign are withdrawn, by whom and why; empty for none."""
+    return _told(repository.evidence.withdrawals(campaign.id))
 
 
 def _accounted(repository: Repository, campaign: CampaignInfo) -> tuple[int, int, tuple[str, ...]]:

@@ -21,6 +21,8 @@ LEFT JOIN case_run ob ON ob.campaign_id = cb.campaign_id AND ob.ordinal = cb.ord
 JOIN metric ma ON ma.run_number = $number_a
 JOIN metric mb ON mb.run_number = $number_b
 WHERE cb.architecture > ca.architecture
+    AND NOT EXISTS (SELECT 1 FROM withdrawal y
+        WHERE y.result_digest IN (ca.result_digest, cb.result_digest))
     AND (cb.point = ca.point OR NOT EXISTS (
         SELECT 1 FROM json_each(ca.point) x JOIN json_each(cb.point) y
             ON y.key = x.key AND (y.value <> x.value OR (y.value IS NULL) <> (x.value IS NULL))))

@@ -1,3 +1,4 @@
+-- A withdrawn run is none: its numbers would count in whatever is asked of runs.
 -- Metrics come before the rest of a run, and the test case last: a filter leaves few of them.
 CREATE VIEW v_runs AS
 SELECT c.campaign_id AS campaign, c.ordinal, c.scenario, c.architecture, t.fault_entry,
@@ -14,3 +15,4 @@ JOIN run r ON r.number = m.run_number
 LEFT JOIN timing n ON n.run_number = m.run_number
 LEFT JOIN criticality k ON k.run_number = m.run_number
 LEFT JOIN test_case t ON t.digest = c.test_case_digest
+WHERE NOT EXISTS (SELECT 1 FROM withdrawal y WHERE y.result_digest = c.result_digest)

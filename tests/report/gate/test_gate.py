@@ -1,5 +1,6 @@
 """The gate: what fails, what regressed, and what cannot be compared any more."""
 
+import shutil
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,12 +18,22 @@ from adeye.report.gate.baseline import (
     gate_code_of,
     read_baseline,
 )
-from adeye.report.gate.changes import Snapshot, Tolerances, changes, check_same_odd, state_of
+from adeye.report.gate.changes import (
+    Snapshot,
+    Tolerances,
+    changes,
+    check_same_odd,
+    compared_units,
+    state_of,
+)
 from adeye.report.gate.decide import GateResult, judge_campaign, update_baseline
+from adeye.report.model.part import Margin
 from adeye.store.read import totals
+from adeye.store.repository import Repository
 from tests.project import Executed
 from tests.refusals import refused
 from tests.report.fake_baseline import BRAKING, CUT_IN, GATE, OTHER, baseline, fsr_of, key_of, sha
+from tests.stored import known
 
 FAILS = {("FSR-1", GATE, CUT_IN, 1): "F"}
 
@@ -113,6 +124,12 @@ def test_changed_fsr_is_compared_with_nothing() -> None:
     margins = {("FSR-1", GATE, CUT_IN, 0): -5.0}
     now = baseline(verdicts=FAILS, margins=margins).model_copy(update={"fsrs": fsrs})
     assert [(item.kind, item.fsr) for item in found(baseline(), now)] == [(Kind.CHANGED, "FSR-1")]
+
+
+def test_edited_concept_is_a_note_though_nothing_of_its_fsrs_changed() -> None:
+    (finding,) = found(baseline(), baseline(concept_digest=sha("another FTTI")))
+    assert (finding.kind, finding.decides) == (Kind.NOTE, False)
+    assert "the concept was edited; adeye check" in finding.text
 
 
 def test_edited_content_is_a_note() -> None:
@@ -251,6 +268,37 @@ def test_tolerance_for_nothing_is_refused(
     update_baseline(result, tmp_path / "b.json", accepts_incomplete=False)
     with pytest.raises(UsageError, match="'km' is neither"):
         judged(mini, tmp_path / "b.json", tolerances=Tolerances({"km": 1.0}))
+
+
+def test_unit_of_what_has_none_is_one_only_where_something_has_none() -> None:
+    assert compared_units(baseline(), baseline()) == {"m"}
+    refused(UsageError, Tolerances({"1": 5.0}).check, ["FSR-1"], ["m"], says="'1' is neither")
+    # Divided by the scale, as where the two sides measure different signals.
+    now, margin = baseline(), Margin(value=0.5, unit="1", robustness=0.5)
+    for measure in (None, "m distance"):
+        parts = [
+            part.model_copy(update={"measures": (measure, *part.measures[1:])})
+            for part in known(now.cases)
+        ]
+        other = now.model_copy(update={"cases": tuple(parts)})
+        assert compared_units(baseline(), other) == {"m", "1"}
+        assert compared_units(other, other) == {"m", "1"} - ({"1"} if measure else set())
+    cells = [cell.model_copy(update={"margin": margin}) for cell in now.cells]
+    assert compared_units(baseline(), now.model_copy(update={"cells": tuple(cells)})) == {"m", "1"}
+
+
+def test_withdrawn_results_are_said_whatever_waives_their_runs(
+    mini: Executed, tmp_path: Path
+) -> None:
+    shutil.copy(mini.db, tmp_path / "x.db")
+    with Repository.open(tmp_path / "x.db") as repository:
+        campaign = repository.find_campaign()
+        run = repository.find_run("0", campaign=campaign.id)
+        repository.evidence.withdraw(run.result_digest, author="J. Doe", reason="wrong map")
+        found = judge_campaign(repository, campaign, None, Tolerances())
+    (said,) = [item for item in found.own if item.kind is Kind.MISSING]
+    assert said.decides
+    assert said.text == (f"1 results are withdrawn ({run.result_digest[:12]} by J. Doe: wrong map)")
 
 
 def test_only_a_contact_that_no_named_driver_avoids_is_set_aside(

@@ -95,6 +95,23 @@ def test_without_a_seed_the_draws_go_on(env: TrafficVectorEnv) -> None:
     assert env.reset(seed=1)[1]["parameters"]["gap"].tolist() == drawn[0]
 
 
+def test_seeds_of_any_size_are_runs_of_their_own(env: TrafficVectorEnv) -> None:
+    seeds = [
+        place + offset for place in (0, 2**32, 2**63, 2**64, 2**65, 2**128) for offset in (3, 4)
+    ]
+    gaps = [env.reset(seed=seed)[1]["parameters"]["gap"].tolist() for seed in seeds]
+    assert len({gap for run in gaps for gap in run}) == 4 * len(seeds)
+
+
+def test_what_is_no_seed_is_refused(env: TrafficVectorEnv) -> None:
+    scenario = make_scenario(**CHANGES)
+    single = TrafficEnv(scenario=scenario, architecture=make_case(scenario).architecture)
+    for given in (-1, True, 1.0, "1", [1, 2]):
+        for made in (env, single):
+            caught = refused(UsageError, made.reset, seed=given, says="reset: the seed is ")
+            assert caught.remedy == "Give a whole number from 0."
+
+
 def test_draws_keep_ranges_and_constraints(env: TrafficVectorEnv) -> None:
     for seed in range(10):
         parameters = env.reset(seed=seed)[1]["parameters"]

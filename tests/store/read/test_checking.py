@@ -345,6 +345,20 @@ def test_results_that_are_neither_planned_nor_there_are_counted(store: Store) ->
         assert count_unknown(store.repository.location, campaign, parts) == expected
 
 
+def test_withdrawn_result_that_another_plan_asks_for_is_not_there(store: Store) -> None:
+    store.campaign(8)
+    later = store.campaign(4)
+    results = [[case.result_digest for case in store.example.cases(8)]]
+    place = store.repository.location
+    assert count_unknown(place, later, results) == (0, 8)
+    for digest in (results[0][2], results[0][6]):
+        store.repository.evidence.withdraw(digest, author="J. Doe", reason="wrong map")
+    # What the later campaign asks for itself is found by a rule of its own.
+    assert count_unknown(place, later, results) == (1, 8)
+    rules = [item.rule for item in violations(place, later)]
+    assert rules.count("not_run") == 1
+
+
 def planned(concept: Concept) -> tuple[Violation, ...]:
     """Ask about a concept that is planned in one scenario and never saved."""
     record = judged_by_it(Example(), concept).record()
