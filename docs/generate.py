@@ -334,6 +334,7 @@ NOTES: Final = {
 }
 """What is there of each capability and what is missing, beside its proof."""
 
+
 def status_page() -> str:
     """Write the status of every capability as the program tells it."""
     from adeye.cli.doctor import capabilities
