@@ -38,6 +38,9 @@ APART: Final = 40.0
 it would be ambiguous [m]."""
 MOST: Final = 1_000
 """Cross-sections that a road leads over."""
+STRAIGHT: Final = 1e5
+"""A road whose bends are all wider than this is straight [m]: where a spiral begins, a piece of it
+bends by next to nothing, and no scenario may say so wide a radius."""
 
 _TYPES: Final = {
     "motorway": "motorway",
@@ -119,7 +122,7 @@ class Place:
         is_guessed: Whether the map lacks some speed limit.
         is_type_guessed: Whether it lacks the type of the road.
         road_type: ``motorway``, ``rural`` or ``urban``.
-        radius: Of the narrowest bend of the line [m], infinite on a straight.
+        radius: Of the narrowest bend of the line [m], infinite on a straight, see ``STRAIGHT``.
         pieces: Cross-sections that the road leads over.
         window: From where to where on their line [m].
         left_hand: Whether traffic keeps to the left, and all this is of the mirror image.
@@ -460,7 +463,7 @@ def _laid(key: str, kind: str, asked: Asked, pieces: Sequence[Piece], here: floa
     if any(abs(grade) > STEEPEST for _, grade in road.grades):
         return "where heights jump, or steeper than any street"
     bend = max(abs(curvature) for _, curvature in road.line)
-    radius = 1.0 / bend if bend > 1e-9 else math.inf
+    radius = 1.0 / bend if bend * STRAIGHT > 1.0 else math.inf
     if _is_near_itself(road.line):
         return "where the way comes near itself"
     own = [[strip for strip in item if strip[across.STRIP_LANE] >= 0.0] for _, item in road.slabs]

@@ -152,6 +152,12 @@ def test_a_way_that_comes_near_itself_has_no_road() -> None:
     assert "where the way comes near itself" in refused
 
 
+@pytest.mark.parametrize(("radius", "found_as"), [(9e4, 9e4), (4e5, math.inf)])
+def test_a_road_that_bends_next_to_nothing_is_straight(radius: float, found_as: float) -> None:
+    drawn = road([piece("arc", 400.0, 1.0 / radius)], section(lane(0), lane(-1, WIDE)))
+    assert found(network(drawn)).places[0].radius == pytest.approx(found_as, rel=0.02)
+
+
 @pytest.mark.parametrize(("radius", "is_folded"), [(7.5, False), (6.5, True)])
 def test_lanes_beyond_the_centre_of_a_bend_are_no_place(radius: float, is_folded: Any) -> None:
     refused = found(bent(radius), before=60.0, after=60.0).refused
