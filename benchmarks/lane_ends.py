@@ -87,8 +87,8 @@ class Count:
 
     def look(self, tick: int, places: list[tuple[int, float, float]]) -> None:
         """Look at number, place [m] and speed [m/s] of all vehicles."""
-        self._queue = max(self._queue, sum(speed < QUEUE_MPS for _, _, speed in places))
-        self._crawl = max(self._crawl, sum(speed < CRAWL_MPS for _, _, speed in places))
+        self._queue = max(self._queue, sum(bool(speed < QUEUE_MPS) for _, _, speed in places))
+        self._crawl = max(self._crawl, sum(bool(speed < CRAWL_MPS) for _, _, speed in places))
         for who, s, _ in places:
             if s >= self._behind:
                 self._passed.setdefault(who, tick * STEP_S)

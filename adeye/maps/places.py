@@ -38,6 +38,9 @@ APART: Final = 40.0
 it would be ambiguous [m]."""
 MOST: Final = 1_000
 """Cross-sections that a road leads over."""
+STRAIGHT: Final = 1e5
+"""A road whose bends are all wider than this is straight [m]: where a spiral begins, a piece of it
+bends by next to nothing, and no scenario may say so wide a radius."""
 
 _TYPES: Final = {
     "motorway": "motorway",
@@ -119,7 +122,7 @@ class Place:
         is_guessed: Whether the map lacks some speed limit.
         is_type_guessed: Whether it lacks the type of the road.
         road_type: ``motorway``, ``rural`` or ``urban``.
-        radius: Of the narrowest bend of the line [m], infinite on a straight.
+        radius: Of the narrowest bend of the line [m], infinite on a straight, see ``STRAIGHT``.
         pieces: Cross-sections that the road leads over.
         window: From where to where on their line [m].
         left_hand: Whether traffic keeps to the left, and all this is of the mirror image.
@@ -312,8 +315,8 @@ def _chain(found: Lanes, spot: Spot, asked: Asked) -> list[Cut] | str:
 def _over_ramp(found: Lanes, spot: Spot, asked: Asked) -> list[Cut] | str:
     """Return the cross-sections of a place's road that leads over a ramp.
 
-    Its line is what the carriageway and the ramp share: the right edge of the lane beside that of
-    the ramp, and on the ramp the left edge of its own.
+    Its line is what the carriageway and the ramp share: of a ramp to the right, the right edge of
+    the lane beside that of the ramp, and on the ramp the left edge of its own.
     """
     sense = 1 if asked.route == "exit" else -1
     rows = found.own[spot.section]
@@ -324,20 +327,27 @@ def _over_ramp(found: Lanes, spot: Spot, asked: Asked) -> list[Cut] | str:
         if found.follow(row, sense)
         and all(found.section_of(other) != main for other in found.follow(row, sense))
     ]
-    if tuple(away) != rows[: len(away)] or len(away) == len(rows):
-        return "with a ramp to the left"
+    count = len(away)
+    if not away or count == len(rows):
+        return "without such a ramp"
+    is_right = tuple(away) == rows[:count]
+    if not is_right and tuple(away) != rows[-count:]:
+        return "with ramps on both sides"
+    inner, neighbour = (away[-1], rows[count]) if is_right else (away[0], rows[-count - 1])
     low, high = _reach(found, spot)
     rooms = (asked.after, asked.before - low) if sense > 0 else (asked.before, asked.after - high)
-    ramp = _along(found, away[-1], sense, rooms[0], is_ramp=True)
-    beside = _along(found, rows[len(away)], -sense, rooms[1], is_ramp=False)
+    ramp = _along(found, inner, sense, rooms[0], is_left=is_right, is_ramp=True)
+    beside = _along(found, neighbour, -sense, rooms[1], is_left=not is_right, is_ramp=False)
     if isinstance(ramp, str) or isinstance(beside, str):
         return ramp if isinstance(ramp, str) else beside
-    here = Cut(spot.section, found.rows.keys[rows[len(away)]][2])
+    here = Cut(spot.section, found.rows.keys[neighbour][2], not is_right)
     whole = [*reversed(beside), here, *ramp]
     return whole if sense > 0 else whole[::-1]
 
 
-def _along(found: Lanes, row: int, sense: int, far: float, *, is_ramp: bool) -> list[Cut] | str:
+def _along(
+    found: Lanes, row: int, sense: int, far: float, *, is_left: bool, is_ramp: bool
+) -> list[Cut] | str:
     """Return the cross-sections that a lane leads to (1), or comes from (-1), and its lane in each.
 
     Args:
@@ -345,6 +355,7 @@ def _along(found: Lanes, row: int, sense: int, far: float, *, is_ramp: bool) -> 
         row: The lane.
         sense: See above.
         far: How much of them is asked for [m].
+        is_left: Whether the line is its left edge, not its right one.
         is_ramp: Whether the way is that of the lane, wherever the others lead.
     """
     cuts: list[Cut] = []
@@ -362,8 +373,8 @@ def _along(found: Lanes, row: int, sense: int, far: float, *, is_ramp: bool) -> 
         places = [beside.index(other) for other in others if other in beside]
         if not places:
             return "where no lane goes on all along"
-        row = beside[max(places) if is_ramp else min(places)]
-        cuts.append(Cut(following, found.rows.keys[row][2], is_ramp))
+        row = beside[max(places) if is_left else min(places)]
+        cuts.append(Cut(following, found.rows.keys[row][2], is_left))
         far -= _span(found, following)
     return cuts
 
@@ -452,7 +463,7 @@ def _laid(key: str, kind: str, asked: Asked, pieces: Sequence[Piece], here: floa
     if any(abs(grade) > STEEPEST for _, grade in road.grades):
         return "where heights jump, or steeper than any street"
     bend = max(abs(curvature) for _, curvature in road.line)
-    radius = 1.0 / bend if bend > 1e-9 else math.inf
+    radius = 1.0 / bend if bend * STRAIGHT > 1.0 else math.inf
     if _is_near_itself(road.line):
         return "where the way comes near itself"
     own = [[strip for strip in item if strip[across.STRIP_LANE] >= 0.0] for _, item in road.slabs]

@@ -152,6 +152,12 @@ def test_a_way_that_comes_near_itself_has_no_road() -> None:
     assert "where the way comes near itself" in refused
 
 
+@pytest.mark.parametrize(("radius", "found_as"), [(9e4, 9e4), (4e5, math.inf)])
+def test_a_road_that_bends_next_to_nothing_is_straight(radius: float, found_as: float) -> None:
+    drawn = road([piece("arc", 400.0, 1.0 / radius)], section(lane(0), lane(-1, WIDE)))
+    assert found(network(drawn)).places[0].radius == pytest.approx(found_as, rel=0.02)
+
+
 @pytest.mark.parametrize(("radius", "is_folded"), [(7.5, False), (6.5, True)])
 def test_lanes_beyond_the_centre_of_a_bend_are_no_place(radius: float, is_folded: Any) -> None:
     refused = found(bent(radius), before=60.0, after=60.0).refused
@@ -257,6 +263,53 @@ def test_a_road_over_an_exit_ends_on_the_ramp_and_the_other_lanes_end_where_it_l
 def test_without_a_route_the_road_goes_on_where_most_lanes_do() -> None:
     (place,) = found(with_ramp(), "exit", 300.0, after=100.0).places
     assert [len(lanes) for lanes in own(place)][-1] == 2
+
+
+def with_left_ramp(route: str) -> OpenDrive:
+    """Return three lanes along x of which the left one leaves at 400 m, or comes in there."""
+    lanes = section(lane(0), lane(-1, WIDE), lane(-2, WIDE), lane(-3, WIDE))
+    joined = RoadLink("junction", "j", "", 1)
+    is_exit = route == "exit"
+    here, there = ("successor", "predecessor") if is_exit else ("predecessor", "successor")
+    begin, further = (0.0, 400.0) if is_exit else (400.0, 0.0)
+    bend = piece("arc", 150.0, 0.005, pose=(400.0, 0.0, 0.0))
+    if not is_exit:
+        # Along s towards the carriageway, which it meets straight on.
+        x, y, turned = _end_of_arc(150.0, 0.005, 0.0)
+        bend = piece("arc", 150.0, 0.005, pose=(400.0 - x, y, math.pi - turned))
+    two = section(lane(0), lane(-1, WIDE), lane(-2, WIDE))
+    lines = [
+        piece("line", 400.0, pose=(begin, 0.0, 0.0)),
+        piece("line", 400.0, pose=(further, -3.5, 0.0)),
+        bend,
+    ]
+    parts = (here, lanes), (there, two), (there, section(lane(0), lane(-1, WIDE)))
+    roads = [
+        road([line], across, **{"id": str(number), side: joined})
+        for number, (line, (side, across)) in enumerate(zip(lines, parts, strict=True), 1)
+    ]
+    contact = "start" if is_exit else "end"
+    connections = (
+        Connection("0", "1", "2", contact, ((-2, -1), (-3, -2)), 1),
+        Connection("1", "1", "3", contact, ((-1, -1),), 1),
+    )
+    joint = Junction("j", "", "direct", connections, (), 1)
+    return OpenDrive("drawn.xodr", (1, 8), "", "", {item.id: item for item in roads}, {"j": joint})
+
+
+@pytest.mark.parametrize("route", ["exit", "entry"])
+def test_a_ramp_to_the_left_shares_its_right_edge(route: Any) -> None:
+    far = (300.0, 100.0) if route == "exit" else (100.0, 300.0)
+    (place,) = found(with_left_ramp(route), route, far[0], after=far[1], route=route).places
+    bends = [bend for _, bend in place.road.line]
+    lanes = own(place)
+    whole, ramp = (lanes[0], lanes[-1]) if route == "exit" else (lanes[-1], lanes[0])
+    edges = [(strip[strips.STRIP_RIGHT], strip[strips.STRIP_LEFT]) for strip in whole]
+    assert edges == [(-7.0, -3.5), (-3.5, 0.0), (0.0, 3.5)]
+    assert [(strip[strips.STRIP_RIGHT], strip[strips.STRIP_LEFT]) for strip in ramp] == [(0.0, 3.5)]
+    # Its reference line bends by 1/200 m, and its right edge is 3.5 m further out.
+    turned = 0.005 / (1.0 + 0.005 * 3.5)
+    assert bends == pytest.approx([0.0, turned] if route == "exit" else [turned, 0.0], abs=1e-6)
 
 
 @pytest.mark.parametrize(

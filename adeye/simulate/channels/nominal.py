@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from adeye.kernel import profiles
+from adeye.kernel.criticality import required_deceleration
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.road import center_at, center_beside, ground_of, lane_left, lane_of, lane_width
 from adeye.kernel.strips import LEAST_TO_DRIVE
@@ -86,7 +87,7 @@ def nominal_step(  # noqa: PLR0913, PLR0917 - a kernel
     room = leave_lane(seen, run, memory, path, others)
     path_d = memory[MEMORY_PATH] + memory[MEMORY_ASIDE]
     corridor.view_path(seen, run, memory[MEMORY_PATH], path)
-    hardest = min(record["emergency_threshold"], record["emergency_deceleration"])
+    hardest = hardest_braking(record)
     allowed = driving.allowed_speed(record, ground, pose, path_d)
     acceleration = driving.follow(
         record, ground, speed, allowed, path[corridor.PATH_GAP], path[corridor.PATH_SPEED], hardest
@@ -125,10 +126,11 @@ def leave_lane(seen: Seen, run: int, memory: Floats, path: Floats, others: Other
     rate = min(LATERAL_SPEED, MOST_SLOPE * speed)
     aside = max(0.0, abs(memory[MEMORY_ASIDE]) - rate * record["period"])
     memory[MEMORY_ASIDE] = math.copysign(aside, memory[MEMORY_ASIDE])
-    if aside > 0.0:
-        # There was room for all of the change when it began.
-        return math.inf
     way = driving.way_to_change(speed)
+    if aside > 0.0:
+        go_back(seen, run, memory, path, others)
+        # Of the lane that is entered or gone back to: to leave the other there was room.
+        return lane_left(ground, s, memory[MEMORY_PATH], driving.MOST_CHANGES * way)[0]
     room, changes = lane_left(ground, s, d, driving.MOST_CHANGES * way)
     if changes == 0 or room >= abs(changes) * way:
         return room
@@ -145,6 +147,34 @@ def leave_lane(seen: Seen, run: int, memory: Floats, path: Floats, others: Other
         memory[MEMORY_PATH], memory[MEMORY_ASIDE] = target, center - target
         memory[MEMORY_GAP] = 0.0
     return room
+
+
+@inlined
+def go_back(seen: Seen, run: int, memory: Floats, path: Floats, others: Others) -> None:
+    """Go back to the lane that is being left if there is no gap beside it any more.
+
+    Not once the ego's body is in the other lane, nor where it could not stand before the end of
+    its own any more.
+
+    Args:
+        seen: What the channel has perceived.
+        run: Which row is meant.
+        memory: (MEMORY_WIDTH,) in and out.
+        path: (PATH_WIDTH,) scratch.
+        others: Scratch.
+    """
+    record, ground, pose = seen.records[run], ground_of(seen.grounds, run), seen.pose[run]
+    s, d, speed, target = pose[POSE_S], pose[POSE_D], pose[POSE_SPEED], memory[MEMORY_PATH]
+    if abs(target - d) <= 0.5 * (lane_width(ground, s, d) + record["width"]):
+        return
+    room = lane_left(ground, s, d, driving.MOST_CHANGES * driving.way_to_change(speed))[0]
+    left = driving.room_to_stand(record, room)
+    if required_deceleration(left, speed, 0.0, 0.0) > hardest_braking(record):
+        return
+    if not has_gap(seen, run, target, path, others):
+        memory[MEMORY_PATH] = center_at(ground, s, d)
+        memory[MEMORY_ASIDE] += target - memory[MEMORY_PATH]
+        memory[MEMORY_GAP] = 0.0
 
 
 @inlined
@@ -175,6 +205,12 @@ def has_gap(seen: Seen, run: int, target: float, path: Floats, others: Others) -
             return False
     place = pose[POSE_S], pose[POSE_D]
     return not is_cut_up(record, ground, place, target, True, pose[POSE_SPEED], known)  # noqa: FBT003 - a kernel
+
+
+@inlined
+def hardest_braking(record: Any) -> float:
+    """Return the largest deceleration that is no emergency braking [m/s²]."""
+    return float(min(record["emergency_threshold"], record["emergency_deceleration"]))
 
 
 @inlined

@@ -101,6 +101,36 @@ def test_without_a_gap_the_ego_stands_before_the_end(kind: str) -> None:
     assert abs(done.ego[:, EGO_Y] - 0.5 * WIDTH).max() < 0.6
 
 
+def closing_in(start: float, since: float, rate: float) -> Callable[[float], list[list[float]]]:
+    """Return a car in lane 1 that is as fast as the ego, and from a time on up to 15 m/s faster."""
+
+    def at(time: float) -> list[list[float]]:
+        faster = min(rate * max(0.0, time - since), 15.0)
+        way = 25.0 * time + faster * max(0.0, time - since) - 0.5 * faster**2 / rate
+        return [[start + way, 1.5 * WIDTH, 0.0, 25.0 + faster, 0.0]]
+
+    return at
+
+
+@pytest.mark.parametrize(
+    ("kind", "closing"),
+    [("nominal", closing_in(-40.0, 0.8, 5.0)), ("trajectory", closing_in(-34.0, 0.0, 8.0))],
+)
+def test_a_change_is_given_up_where_the_gap_closes_before_the_ego_is_in_it(
+    kind: str, closing: Callable[[float], list[list[float]]]
+) -> None:
+    done = run(kind, World(road=ending(0), lane=0, speed=25.0, objects=closing), 25.0)
+    aside = done.ego[:, EGO_Y] - 0.5 * WIDTH
+    ahead = np.array([car[0] for (car,) in done.objects]) - done.ego[:, EGO_X]
+    until = int(np.argmax(ahead > CAR.length))
+    # It had begun, its body stayed out of the other lane, and it went back.
+    assert 0.3 < aside[:until].max() < 0.5 * (WIDTH - CAR.width)
+    assert aside[until] < 0.9 * aside[:until].max()
+    # Behind who has come by it changes after all.
+    assert done.distance.min() > 1.0
+    assert lateral(done, END - 10.0) == pytest.approx(1.5 * WIDTH, abs=0.3)
+
+
 @by_both
 def test_who_does_not_look_back_stands_before_the_end_and_enters_no_lane(kind: str) -> None:
     done = run(kind, World(road=ending(0), lane=0, speed=25.0), 30.0, "0 m")

@@ -1,6 +1,7 @@
 """Imported roads: one that is straight drives as the parametric one, and places are values."""
 
 import os
+from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -41,8 +42,8 @@ def motorway(*more: Any) -> OpenDrive:
     return network(road([piece("line", 4000.0)], across, types=(kind,)), *more)
 
 
-def planned(folder: Path, drawn: OpenDrive, places: Any = "first 1", **world: Any) -> CampaignPlan:
-    """Plan the shipped braking of a lead, at places of a map or, without, on its own road."""
+def braking(folder: Path, drawn: OpenDrive, places: Any = "first 1", **world: Any) -> Project:
+    """Return the shipped braking of a lead, at places of a map or, without, on its own road."""
     project = Project(folder, odd_of(use("lead_braking")))
     (folder / "scenarios_db/motorway" / "drawn.xodr").write_bytes(write_opendrive(drawn))
     if places is not None:
@@ -52,7 +53,12 @@ def planned(folder: Path, drawn: OpenDrive, places: Any = "first 1", **world: An
         with project.edited_odd() as odd:
             odd["scenarios"][0]["sweep"] = {"parameters": {"place": places}}
     project.require("FSR-01")
-    return project.plan()
+    return project
+
+
+def planned(folder: Path, drawn: OpenDrive, places: Any = "first 1", **world: Any) -> CampaignPlan:
+    """Plan it."""
+    return braking(folder, drawn, places, **world).plan()
 
 
 def test_a_map_of_one_straight_road_drives_as_the_parametric_road(tmp_path: Path) -> None:
@@ -64,6 +70,28 @@ def test_a_map_of_one_straight_road_drives_as_the_parametric_road(tmp_path: Path
     for column in ("ego", "objects"):
         first, second = (trace[column] for trace in traces)
         np.testing.assert_allclose(second[..., :4], first[..., :4], atol=1e-3)
+
+
+@pytest.mark.slow
+def test_a_map_of_one_straight_road_gives_the_verdicts_of_the_parametric_road(
+    tmp_path: Path,
+) -> None:
+    found = []
+    for name, places in (("parametric", None), ("imported", "first 1")):
+        project = braking(tmp_path / name, motorway(), places)
+        with project.edited_odd() as odd:
+            axes = odd["scenarios"][0].setdefault("sweep", {}).setdefault("parameters", {})
+            # Soft, and so hard on so wet a road that it is hit.
+            axes |= {"deceleration": ["2 m/s^2", "10 m/s^2"], "friction": [0.3, 0.9]}
+        project.run()
+        found.append(
+            sorted(
+                (row["point"]["deceleration"], row["point"]["friction"], str(row["verdicts"]))
+                for row in project.rows()
+            )
+        )
+    assert found[0] == found[1]
+    assert len({verdicts for *_, verdicts in found[0]}) > 1
 
 
 def test_places_are_values_of_one_structure_and_tell_test_cases_apart(tmp_path: Path) -> None:
@@ -169,6 +197,28 @@ def project_of(folder: Path, lane: int, places: Any) -> Project:
         odd["scenarios"][0]["sweep"] = {"parameters": {"place": places}}
     project.require("FSR-01")
     return project
+
+
+@pytest.mark.slow
+def test_a_scenario_takes_place_at_every_place_of_several_maps_or_is_refused_there(
+    tmp_path: Path,
+) -> None:
+    project = project_of(tmp_path / "p", 2, "all")
+    three = section(lane(0), *(lane(number, WIDE) for number in (-1, -2, -3)))
+    lines = {"long": piece("line", 8000.0), "bent": piece("arc", 4000.0, 1.0 / 1500.0)}
+    for name, line in lines.items():
+        path = project.folder / f"scenarios_db/motorway/{name}.xodr"
+        path.write_bytes(write_opendrive(network(road([line], three))))
+    with project.edited("scenarios_db/motorway/lead_braking.yaml") as scenario:
+        scenario["world"]["map"]["file"] = ["drawn.xodr", "long.xodr", "bent.xodr"]
+    plan = project.plan()
+    assert any("200 of 203 places, 3 refused (" + GONE in text for text in plan.notices)
+    project.run()
+    rows = project.rows()
+    found = Counter(row["point"]["place"].split(":")[0] for row in rows)
+    assert found == {"drawn": 38, "long": 121, "bent": 41}
+    assert {row["outcome"] for row in rows} == {"completed"}
+    assert all(row["verdicts"] for row in rows)
 
 
 @pytest.mark.slow
