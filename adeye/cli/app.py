@@ -29,6 +29,7 @@ from adeye.cli.results.faults import faults, fork, forks, timeline
 from adeye.cli.results.preventability import preventability, reference
 from adeye.cli.results.query import export, query, stl
 from adeye.cli.results.show import replay, show
+from adeye.cli.results.trace import plot, trace
 from adeye.cli.run import judge, report, run, warmup
 from adeye.cli.scenario import scenario_app
 from adeye.cli.sensors import sensors
@@ -98,7 +99,7 @@ def common(
 for panel, verbs in (
     (CAMPAIGN, (plan, run, coverage, judge, gate, stale, signals, sensors, dependencies)),
     (CAMPAIGN, (reference, check)),
-    (RESULTS, (show, replay, timeline, faults, fork, forks)),
+    (RESULTS, (show, trace, plot, replay, timeline, faults, fork, forks)),
     (CAMPAIGN, (uncertainty,)),
     (RESULTS, (preventability, query, stl, compare, confidence, report, matrix, export)),
     (WRITE, (init,)),
