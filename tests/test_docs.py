@@ -41,6 +41,7 @@ ALONE = [
         *(
             "gymnasium",
             "odd",
+            "one-run",
             "middleware",
             "preventability",
             "process-channels",
