@@ -3,8 +3,8 @@
 The import loads nothing heavy: functions are fetched when they are first used. Begin with ``api``.
 
 >>> import adeye
->>> sorted(adeye.__all__)
-['CompareOptions', '__version__', 'compare', 'plan', 'replay', 'results', 'run', 'stl']
+>>> [name for name in adeye.__all__ if name.islower() and "_" not in name]
+['compare', 'gate', 'plan', 'query', 'replay', 'report', 'results', 'run', 'stl', 'trace']
 """
 
 from __future__ import annotations
@@ -12,12 +12,37 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from adeye.api import CompareOptions, compare, plan, replay, results, run, stl
+    from adeye.api import (
+        CompareOptions,
+        compare,
+        gate,
+        plan,
+        query,
+        replay,
+        report,
+        results,
+        run,
+        stl,
+        trace,
+    )
 
 from adeye.former import find_former_places
 from adeye.version import __version__
 
-__all__ = ["CompareOptions", "__version__", "compare", "plan", "replay", "results", "run", "stl"]
+__all__ = [
+    "CompareOptions",
+    "__version__",
+    "compare",
+    "gate",
+    "plan",
+    "query",
+    "replay",
+    "report",
+    "results",
+    "run",
+    "stl",
+    "trace",
+]
 
 
 find_former_places()
@@ -28,5 +53,6 @@ def __getattr__(name: str) -> Any:
     if name in __all__:
         from adeye import api
 
-        return getattr(api, name)
+        # A module of the same name is called instead, so that it is the same before and after.
+        return globals().get(name) or getattr(api, name)
     raise AttributeError(f"module 'adeye' has no attribute {name!r}")

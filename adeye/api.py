@@ -1,11 +1,11 @@
-"""The public functions: plan, run, replay, results, compare; the command line calls the same."""
+"""The public functions: what the verbs of the command line do, which call the same."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, cast
 
 from adeye.campaign.executor_names import asked_executor
 from adeye.campaign.plan import CampaignPlan, make_plan
@@ -16,7 +16,12 @@ from adeye.errors import UsageError
 from adeye.judge.stl.table import JudgedTable, Reading, judge_table, read_table, table_of
 from adeye.report.comparison.compare import compare as compare_architectures
 from adeye.report.comparison.records import CompareOptions
+from adeye.report.gate.changes import Tolerances
+from adeye.reporting import GateOptions, gate_campaign, trace_run, write_reports
 from adeye.simulate.engine import DEFAULT_BACKEND
+from adeye.store.read.export import open_export
+from adeye.store.read.query import DEFAULT_ROWS, DEFAULT_SECONDS, run_query
+from adeye.store.read.saved import SAVED
 from adeye.store.repository import Repository
 from adeye.units import shown
 
@@ -27,10 +32,25 @@ if TYPE_CHECKING:
 
     from adeye.campaign.summary import CampaignSummary
     from adeye.report.comparison.records import Comparison
+    from adeye.report.gate.decide import GateResult
+    from adeye.report.model.report import Report
 
-__all__ = ["CompareOptions", "compare", "plan", "replay", "results", "run", "stl"]
+__all__ = [
+    "CompareOptions",
+    "compare",
+    "gate",
+    "plan",
+    "query",
+    "replay",
+    "report",
+    "results",
+    "run",
+    "stl",
+    "trace",
+]
 
 
+_DTYPES: Final = {"text": "string", "number": "Float64", "count": "Int64", "flag": "boolean"}
 _MOST_BITS: Final = 63
 """Of whole numbers: more fit neither into the database nor, exactly, into a computation."""
 
@@ -102,12 +122,21 @@ def replay(run: str, *, db: str | Path | None = None) -> Replayed:
         run: Beginning of its result digest.
         db: Database, by default ``.adeye/adeye.db``.
     """
+    _require_run(run)
+    return replay_run(db, run)
+
+
+def _require_run(run: object) -> None:
+    """Refuse what is no beginning of a digest.
+
+    Raises:
+        UsageError: It is no text.
+    """
     if not isinstance(run, str):
         raise UsageError(
             f"{shown(run)} is no run",
             remedy="Give the beginning of its result digest as text, at least 4 characters.",
         )
-    return replay_run(db, run)
 
 
 def _require_texts(**given: object) -> None:
@@ -167,10 +196,10 @@ def _name_of(campaign: Any) -> str | None:
 
 
 def results(campaign: str | int | None = None, *, db: str | Path | None = None) -> pd.DataFrame:
-    """Return the runs of a campaign as a typed table, one row a run.
+    """Return the runs of a campaign as a typed table, one row a run that has a result.
 
-    Parameters and points are JSON text; a metric without a value is NaN and says why in its
-    ``<metric>_status`` column where the view has one.
+    Every parameter and the verdict on every FSR has a column. A metric without a value is NA and
+    says why in its ``<metric>_status`` column. Units are in ``attrs["units"]``, by column.
 
     Args:
         campaign: Id, its beginning or its number; None for the newest.
@@ -178,10 +207,139 @@ def results(campaign: str | int | None = None, *, db: str | Path | None = None) 
     """
     import pandas as pd
 
-    with Repository.open(db, create=False) as repository:
-        table = repository.results(repository.find_campaign(_name_of(campaign)).id)
-    frame = pd.DataFrame(list(table.rows), columns=list(table.columns))
-    return frame.convert_dtypes()
+    name = _name_of(campaign)
+    with open_export(db, name, ["runs"], with_provenance=True) as source:
+        columns = source.tables["runs"].columns
+        values: list[list[Any]] = [[] for _ in columns]
+        for chunk in source.chunks():
+            for found, more in zip(values, chunk.columns, strict=True):
+                found.extend(more)
+    frame = pd.DataFrame(
+        {
+            column.name: pd.Series(found, dtype=cast("Any", _DTYPES[column.kind]))
+            for column, found in zip(columns, values, strict=True)
+        }
+    )
+    frame.attrs["units"] = {column.name: column.unit for column in columns if column.unit}
+    return frame
+
+
+def query(
+    sql: str,
+    *,
+    campaign: str | int | None = None,
+    db: str | Path | None = None,
+    max_rows: int = DEFAULT_ROWS,
+    timeout_s: float = DEFAULT_SECONDS,
+) -> pd.DataFrame:
+    """Ask the database in SQL; nothing can be changed by it.
+
+    Args:
+        sql: One SELECT, or the name of a saved query.
+        campaign: What it has as ``:campaign``: id, its beginning or its number; None: it does not
+            ask, and saved queries are about the newest.
+        db: Database, by default ``.adeye/adeye.db``.
+        max_rows: Most rows to return.
+        timeout_s: Longest time that it may run [s].
+
+    Raises:
+        adeye.errors.InputError: The statement is wrong, not allowed, ran too long, or has more
+            rows than ``max_rows``.
+    """
+    import pandas as pd
+
+    if not isinstance(sql, str):
+        raise UsageError(f"{shown(sql)} is no query", remedy="Give SQL as text.")
+    name, about = _name_of(campaign), dict[str, str]()
+    if name is not None:
+        with Repository.open(db, create=False) as repository:
+            about["campaign"] = repository.find_campaign(name).id
+    saved = SAVED.get(sql)
+    if saved is not None:
+        sql = saved.about_one().sql if about else saved.sql
+    found = run_query(db, sql, parameters=about, max_rows=max_rows, timeout_s=timeout_s)
+    if found.is_cut:
+        raise UsageError(
+            f"the query has more than {max_rows} rows", remedy="Raise max_rows, or ask for fewer."
+        )
+    return pd.DataFrame(list(found.rows), columns=list(found.columns)).convert_dtypes()
+
+
+def trace(
+    run: str, signals: str | Sequence[str] = (), *, db: str | Path | None = None
+) -> pd.DataFrame:
+    """Return the signals of a stored run over time, a row a tick.
+
+    A kept trace is read; without one the run is executed again, and has to come out as it was
+    stored. Columns are called as in formulas; a column ``<signal>.status`` says why samples are no
+    values. Units, words and the horizon are in ``attrs``, by which ``stl`` judges the frame as the
+    run was judged.
+
+    Args:
+        run: Beginning of its result digest.
+        signals: Names, in which ``*`` and ``?`` stand for others; none means every signal.
+        db: Database, by default ``.adeye/adeye.db``.
+
+    Raises:
+        adeye.errors.AdeyeError: There is no such run or signal, or the trace is another one now.
+    """
+    _require_run(run)
+    patterns = [signals] if isinstance(signals, str) else signals
+    _require_texts(**{f"signal {at}": name for at, name in enumerate(patterns, start=1)})
+    return trace_run(db, run, patterns).frame()
+
+
+def gate(
+    campaign: str | int | None = None,
+    *,
+    baseline: str | Path | None = None,
+    tolerances: Mapping[str, float] = MappingProxyType({}),
+    db: str | Path | None = None,
+) -> GateResult:
+    """Judge a campaign by its verdicts and against a baseline; nothing is executed.
+
+    Args:
+        campaign: An ODD's file or id, or a campaign's id, its beginning or its number; None for
+            the newest.
+        baseline: File to compare with; None for the verdicts of the campaign alone.
+        tolerances: Losses of margin that do not count, by unit or by id of an FSR.
+        db: Database, by default ``.adeye/adeye.db``.
+
+    Raises:
+        adeye.errors.AdeyeError: There is no such campaign or baseline, or it was edited.
+    """
+    options = GateOptions(
+        baseline=None if baseline is None else Path(baseline),
+        tolerances=Tolerances.given(tolerances),
+    )
+    return gate_campaign(db, _name_of(campaign), options)
+
+
+def report(
+    campaign: str | int | None = None,
+    *,
+    html: str | Path | None = None,
+    junit: str | Path | None = None,
+    json: str | Path | None = None,
+    baseline: str | Path | None = None,
+    db: str | Path | None = None,
+) -> Report:
+    """Build the report of a campaign, and write it in the forms that are asked for.
+
+    Args:
+        campaign: Id, its beginning or its number; None for the newest.
+        html: Page to write; the runs that it draws are executed again.
+        junit: JUnit XML to write.
+        json: Machine-readable report to write.
+        baseline: File to tell the changes since.
+        db: Database, by default ``.adeye/adeye.db``.
+
+    Raises:
+        adeye.errors.AdeyeError: There is no such campaign or baseline, or a file cannot be written.
+    """
+    files = {"html": html, "junit": junit, "json": json, "baseline": baseline}
+    paths = {form: Path(file) for form, file in files.items() if file is not None}
+    return write_reports(db, _name_of(campaign), **cast("Any", paths))
 
 
 def compare(

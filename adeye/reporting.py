@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO, Final
 
 from adeye.campaign import summary
-from adeye.campaign.replay import Execution, rerun
+from adeye.campaign.replay import Execution, recorded, rerun
 from adeye.campaign.run import Progress
 from adeye.campaign.stale import find_stale
 from adeye.errors import InputError
@@ -23,7 +23,8 @@ from adeye.report.files import guarding
 from adeye.report.formats import check_exports, render_export
 from adeye.report.formats.json import render_json
 from adeye.report.formats.junit import render_junit
-from adeye.report.formats.traces import form_of, write_trace_table
+from adeye.report.formats.signals import Drawing
+from adeye.report.formats.traces import TraceTable, chosen_signals, trace_table
 from adeye.report.gate.baseline import deciding, read_baseline
 from adeye.report.gate.changes import Tolerances
 from adeye.report.gate.decide import GateResult, judge_campaign, update_baseline
@@ -434,6 +435,60 @@ class _Pen:
         )
 
 
+# --- The signals of one run: as a table, and drawn ------------------------------------------------
+
+
+def trace_run(db: str | Path | None, run: str, patterns: Sequence[str] = ()) -> TraceTable:
+    """Give the signals of a stored run over time, executed again where its trace is not kept.
+
+    Args:
+        db: Database, by default ``.adeye/adeye.db``.
+        run: Beginning of its result digest.
+        patterns: Which signals, see ``chosen_signals``; none means every one.
+
+    Raises:
+        InputError: There is no such run, no such signal, or it was not executed yet.
+        IntegrityError: The trace is not the one that was recorded.
+    """
+    with Repository.open(db, create=False) as repository:
+        done = recorded(repository, repository.find_run(run))
+    about = {
+        "run": done.run.result_digest,
+        "scenario": done.run.scenario,
+        "architecture": done.run.architecture,
+        "fault": done.case.fault_entry,
+        "outcome": done.stored.row["outcome"],
+        "trace": done.stored.trace_digest,
+    }
+    return trace_table(done.signals, 0, about, patterns)
+
+
+def draw_run(db: str | Path | None, run: str, patterns: Sequence[str]) -> Drawing:
+    """Give what is drawn of signals of a stored run, with the limits that FSRs set on them.
+
+    Args:
+        db: Database, by default ``.adeye/adeye.db``.
+        run: Beginning of its result digest.
+        patterns: Which signals, see ``chosen_signals``.
+
+    Raises:
+        InputError: There is no such run, no such signal, or it was not executed yet.
+        IntegrityError: The trace is not the one that was recorded.
+    """
+    with Repository.open(db, create=False) as repository:
+        done = recorded(repository, repository.find_run(run))
+    names = chosen_signals(list(done.signals.dictionary), patterns)
+    records = {item.fsr_id: item for item in done.stored.verdicts}
+    trace = done.signals.trace
+    return Drawing(
+        title=f"{done.run.scenario}, {done.run.architecture}, "
+        f"fault {done.case.fault_entry}, run {done.run.result_digest[:_SHOWN]}",
+        time_s=tuple(trace.time[: int(trace.length[0])].tolist()),
+        plots=plots_of(done.signals, 0, done.requirements, records, names),
+        events=tuple((item.time_s, item.text) for item in done.stored.events),
+    )
+
+
 def verdicts_of(done: Execution) -> list[VerdictRecord]:
     """Return the stored verdicts of a run that are about the FSRs as they are judged now."""
     judged = {item.fsr_digest for item in done.evaluation.judgements[0]}
@@ -455,7 +510,6 @@ def handing_out(
     mcap: Path | None = None,
     osi: Path | None = None,
     commonroad: Path | None = None,
-    table: Path | None = None,
     rosbag: Path | None = None,
     shown: BinaryIO | None = None,
 ) -> Callable[[Execution], None]:
@@ -465,13 +519,12 @@ def handing_out(
         mcap: File for Foxglove and Lichtblick.
         osi: Folder for traces of ASAM OSI.
         commonroad: Folder for a scenario of CommonRoad and its solution.
-        table: File for its signals: Parquet, CSV or lines of JSON, as its name ends.
         rosbag: Folder for a bag of ROS 2, or file in .bag for one of ROS 1.
         shown: What a bag is made of: what a channel is shown, see ``replay_run``.
 
     Raises:
         InputError: An extra is not installed that one of them needs.
-        UsageError: A folder holds something else, or the name of the table tells no form.
+        UsageError: A folder holds something else.
     """
     writers: list[Callable[[Execution], None]] = []
 
@@ -488,8 +541,6 @@ def handing_out(
         add(_osi_writer(osi), osi, replacing_folder)
     if commonroad is not None:
         add(_commonroad_writer(commonroad), commonroad, replacing_folder)
-    if table is not None:
-        add(_table_writer(table), table, replacing)
     if rosbag is not None:
         is_file = rosbag.suffix == ".bag"
         add(_rosbag_writer(rosbag, shown), rosbag, replacing if is_file else replacing_folder)
@@ -566,11 +617,6 @@ def _rosbag_writer(path: Path, shown: BinaryIO | None) -> Write:
         write_rosbag(shown, place, path.name)
 
     return write
-
-
-def _table_writer(path: Path) -> Write:
-    form = form_of(path)
-    return lambda done, file: write_trace_table(done.signals, 0, _about(done), file, form)
 
 
 def _about(done: Execution) -> dict[str, str]:

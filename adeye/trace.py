@@ -2,6 +2,8 @@
 
 Row k holds what was true at t_k and what was decided from it; the last row of a run has a scene
 only. Rows beyond a run's length are zero and never read.
+
+Called itself, the module is the public function of its name.
 """
 
 from __future__ import annotations
@@ -12,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from adeye.called import call_as_function
 from adeye.kernel.digest import LANES, absorb_bytes, absorb_words, finish
 from adeye.spec.sensors import PhysicalLidar
 
@@ -22,6 +25,8 @@ if TYPE_CHECKING:
 
     from adeye.signals import Bools, Floats, Ints, SceneContext
     from adeye.spec.architecture import Architecture
+
+call_as_function(__name__)
 
 TRACE_SCHEMA: Final = "adeye/trace@3"
 

@@ -1,8 +1,10 @@
 """The public functions do what the command line does."""
 
+import inspect
 import json
 import math
 from dataclasses import replace
+from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -10,6 +12,7 @@ from typing import Any
 import pytest
 
 import adeye
+from adeye import api
 from adeye.cli.app import main
 from adeye.errors import InputError, UsageError
 from adeye.judge.verdict import ExitCode
@@ -22,7 +25,8 @@ from tests.refusals import refused
 
 def test_exported_names_are_pinned() -> None:
     assert adeye.__all__ == [
-        "CompareOptions", "__version__", "compare", "plan", "replay", "results", "run", "stl",
+        "CompareOptions", "__version__", "compare", "gate", "plan", "query", "replay", "report",
+        "results", "run", "stl", "trace",
     ]  # fmt: skip
     for name in adeye.__all__:
         assert getattr(adeye, name) is not None
@@ -46,6 +50,83 @@ def test_results_are_a_typed_table(mini: Executed) -> None:
     assert str(frame["min_distance_m"].dtype) == "Float64"
     assert str(frame["scenario"].dtype) == "string" or str(frame["scenario"].dtype) == "str"
     assert frame["run"].is_unique
+
+
+def test_every_parameter_and_verdict_has_a_typed_column(mini: Executed) -> None:
+    frame = adeye.results(db=mini.db)
+    stored = {row["run"]: row for row in mini.project.rows()}
+    verdicts = [name for name in frame if str(name).startswith("verdict_fsr")]
+    assert len(verdicts) > 5
+    assert frame.attrs["units"]["min_ttc_s"] == "s"
+    swept = next(name for name in frame if str(name).startswith("gap"))
+    assert str(frame[swept].dtype) == "Float64"
+    for row in frame.to_dict("records"):
+        known = stored[row["run"]]
+        assert row["outcome"] == known["outcome"]
+        for fsr, verdict in known["verdicts"].items():
+            assert row[f"verdict_{fsr.replace('-', '_').lower()}"] == verdict
+
+
+def test_query_is_a_frame_of_what_the_command_prints(mini: Executed) -> None:
+    counted = (
+        "SELECT architecture, count(*) AS runs FROM v_runs WHERE campaign = :campaign GROUP BY 1"
+    )
+    frame = adeye.query(counted, campaign=1, db=mini.db)
+    assert frame.set_index("architecture")["runs"].to_dict() == {
+        "camera_radar": 14,
+        "legacy_camera": 14,
+    }
+    assert "fsr" in adeye.query("failing-fsrs", db=mini.db)
+    refused(
+        InputError, adeye.query, "SELECT run FROM v_runs", db=mini.db, max_rows=3, says="than 3"
+    )
+    refused(InputError, adeye.query, "DELETE FROM run", db=mini.db)
+
+
+def test_trace_is_a_frame_with_units(mini: Executed) -> None:
+    run = mini.project.rows()[0]["run"]
+    frame = adeye.trace(run[:12], ["ego.speed", "time_gap"], db=mini.db)
+    assert list(frame)[:3] == ["time", "ego.speed", "time_gap"]
+    assert frame.attrs["units"]["ego.speed"] == "m/s"
+    assert adeye.trace(run, "ego.speed", db=mini.db).equals(frame[["time", "ego.speed"]])
+    refused(InputError, adeye.trace, run, ["ego.sped"], db=mini.db, says="ego.speed")
+
+
+def test_gate_and_report_are_those_of_the_command(mini: Executed, tmp_path: Path) -> None:
+    result = adeye.gate(db=mini.db)
+    assert (result.exit_code, bool(result)) == (mini.summary.exit_code, True)
+    written = adeye.report(1, junit=tmp_path / "j.xml", json=str(tmp_path / "r.json"), db=mini.db)
+    assert written.campaign == result.campaign == mini.summary.campaign
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["j.xml", "r.json"]
+    assert json.loads((tmp_path / "r.json").read_text("utf-8"))["campaign"] == written.campaign
+
+
+def test_modules_that_are_called_are_functions_and_modules() -> None:
+    for name in ("report", "trace"):
+        module: Any = import_module(f"adeye.{name}")
+        assert getattr(adeye, name) is module
+        assert inspect.signature(module) == inspect.signature(getattr(api, name))
+    assert import_module("adeye.trace").TRACE_SCHEMA
+    said = python("-c", "import adeye; print(callable(adeye.report), callable(adeye.trace))").stdout
+    assert said.split() == ["True", "True"]
+
+
+def test_records_are_short_where_they_are_shown(mini: Executed) -> None:
+    run = mini.project.rows()[0]["run"]
+    short = mini.summary.campaign[:10]
+    judged = adeye.stl("always(gap > 2)", {"time": [0.0, 1.0], "gap": [9.0, 5.0]})
+    found: list[tuple[object, str]] = [
+        (mini.plan, "<CampaignPlan mini: 28 test cases>"),
+        (mini.summary, f"<CampaignSummary {short}: 28 executed and 0 reused of 28, OK>"),
+        (adeye.replay(run, db=mini.db), f"<Replayed {run[:10]}: identical>"),
+        (adeye.gate(db=mini.db), f"<GateResult {short}: OK, "),
+        (adeye.report(db=mini.db), f"<Report {short}: 28 of 28 test cases, OK>"),
+        (adeye.compare(db=mini.db), f"<Comparison {short}: "),
+        (judged, "<JudgedTable always(gap > 2): PASS, margin 3 at 1 s>"),
+    ]
+    for record, text in found:
+        assert repr(record).startswith(text)
+        assert len(repr(record)) < 120
 
 
 def test_comparison_is_the_record_that_the_command_prints(
@@ -127,6 +208,12 @@ TABLE = {"time": [0.0, 1.0], "gap": [9.0, 9.0]}
         lambda number, _: adeye.replay("00000", db=number),
         lambda number, mini: adeye.results(number, db=mini.db),
         lambda number, mini: adeye.compare(number, db=mini.db),
+        lambda number, mini: adeye.gate(number, db=mini.db),
+        lambda number, mini: adeye.report(number, db=mini.db),
+        lambda number, mini: adeye.query(number, db=mini.db),
+        lambda number, mini: adeye.query("SELECT 1", campaign=number, db=mini.db),
+        lambda number, mini: adeye.trace(number, db=mini.db),
+        lambda number, mini: adeye.trace("0000", [number], db=mini.db),
         lambda number, _: adeye.stl(number, TABLE),
         lambda number, _: adeye.stl("always(gap > 2)", number),
         lambda number, _: adeye.stl("always(gap > 2)", {**TABLE, "gap": [9.0, number]}),

@@ -30,6 +30,7 @@ ONE_PLACE = {
     "jinja2": ("adeye.report",),
     "mcap": ("adeye.exchange",),
     "osi3": ("adeye.exchange",),
+    "plotille": ("adeye.cli",),
     "pyarrow": ("adeye.report",),
     "pythonfmu3": ("adeye.simulate.fmu_export",),
     "rich": ("adeye.cli",),

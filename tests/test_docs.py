@@ -42,6 +42,7 @@ ALONE = [
         *(
             "gymnasium",
             "odd",
+            "one-run",
             "middleware",
             "preventability",
             "process-channels",

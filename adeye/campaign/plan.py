@@ -407,6 +407,10 @@ class CampaignPlan:
     parts: Mapping[str, Parts]
     notices: tuple[str, ...]
 
+    def __repr__(self) -> str:
+        """Name the ODD, and count its test cases."""
+        return f"<CampaignPlan {self.files.odd.spec.odd}: {self.expansion.count:,} test cases>"
+
     @property
     def driver(self) -> str:
         """Name of the driver that would execute it."""

@@ -17,8 +17,9 @@ from typing import TYPE_CHECKING, Any, BinaryIO, Final, TypeVar
 from adeye.campaign.parts import use_plugin_metrics
 from adeye.campaign.plan import folder_of_plugins, recreate
 from adeye.campaign.run import Progress
+from adeye.campaign.traces import kept_trace
 from adeye.campaign.work import WorkContext, evaluate, grouped, signals_of
-from adeye.errors import InputError, UsageError, suggest
+from adeye.errors import InputError, IntegrityError, UsageError, suggest
 from adeye.fields import fields_of
 from adeye.judge.requirements import requirement_digest
 from adeye.kernel.relation import tick_time
@@ -44,6 +45,7 @@ if TYPE_CHECKING:
     from adeye.judge.evaluate import Evaluation
     from adeye.judge.trace_signals import TraceSignals
     from adeye.judge.uncertainty import NumericUncertainty
+    from adeye.spec.concept import Requirement
     from adeye.store.records import CampaignInfo, RunRef, StoredCase, StoredRun
 
 # --- Show a stored run, and run it again to compare every bit of its trace ------------------------
@@ -120,6 +122,10 @@ class Replayed:
     note: str
     same_ticks: int | None = None
     cause: str = ""
+
+    def __repr__(self) -> str:
+        """Name the run, and whether its trace is the stored one."""
+        return f"<Replayed {self.run[:10]}: {'identical' if self.identical else 'different'}>"
 
     def __bool__(self) -> bool:
         """Be true if the trace is the stored one."""
@@ -262,6 +268,52 @@ def rerun(repository: Repository, run: RunRef, dump: Dump | None = None) -> Exec
     )
 
 
+@dataclass(frozen=True)
+class Recorded:
+    """The signals of a stored run, as they were recorded.
+
+    Attributes:
+        run: Where it stands.
+        stored: What the database holds.
+        case: Its test case.
+        signals: Its signals by name, of this one run.
+        requirements: FSRs that its campaign judges it on.
+        is_kept: Whether they come from a kept file; else it was executed again.
+    """
+
+    run: RunRef
+    stored: StoredRun
+    case: TestCase
+    signals: TraceSignals
+    requirements: tuple[Requirement, ...]
+    is_kept: bool
+
+
+def recorded(repository: Repository, run: RunRef) -> Recorded:
+    """Read the signals of a stored run: from its kept trace, else by executing it again.
+
+    Args:
+        repository: The database.
+        run: A run that has a result.
+
+    Raises:
+        InputError: It was planned, but not executed yet.
+        IntegrityError: Its trace is not the one that was recorded.
+    """
+    recalled = recall(repository, run)
+    case, work, stored = recalled.case, recalled.work, recalled.stored
+    kept = kept_trace(repository, run.result_digest, case, work.backend, work.variant)
+    trace = work.drive([case]) if kept is None else kept
+    if trace.digests() != [stored.trace_digest]:
+        name = run.result_digest[:12]
+        raise IntegrityError(
+            f"run {name} does not come out as it was recorded, so what it looked like is not "
+            f"known. 'adeye replay {name}' tells why."
+        )
+    signals = signals_of(trace, [case], work.faults)
+    return Recorded(run, stored, case, signals, tuple(work.requirements), kept is not None)
+
+
 def same_ticks(stored: StoredRun, chain: Sequence[str]) -> int | None:
     """Count the ticks in which an execution is known to be as it was recorded.
 
@@ -366,7 +418,7 @@ _OF_ROW: Final = (
 )
 """What a description has of the row of a run, by the same name."""
 _OF_VERDICT: Final = (
-    *("margin", "unit", "predicate", "time_s", "actor", "value", "threshold", "detail"),
+    *("margin", "unit", "signal", "predicate", "time_s", "actor", "value", "threshold", "detail"),
 )
 """The same of a verdict."""
 
@@ -407,6 +459,7 @@ def describe_run(db: str | Path | None, run: str) -> dict[str, Any]:
     attributes = Attributes.model_validate(odd["odd"]["attributes"], context=SI)
     wanted = {item.id: requirement_digest(item, attributes) for item in requirements}
     wanted |= {fsr: item.digest for fsr, item in judged.items()}
+    measures = {item.id: item.measure for item in requirements}
     return described | {
         **{name: row[name] for name in _OF_ROW},
         "machine_dependent": bool(row["machine_dependent"]),
@@ -417,6 +470,7 @@ def describe_run(db: str | Path | None, run: str) -> dict[str, Any]:
                 "verdict": item.verdict.value,
                 "exercised": item.is_exercised,
                 **fields_of(item, *_OF_VERDICT),
+                "measure": measures[item.fsr_id],
             }
             for item in stored.verdicts
             if wanted.get(item.fsr_id) == item.fsr_digest

@@ -262,6 +262,11 @@ class CampaignSummary:
     never_began: tuple[str, ...] = ()
     elsewhere: int = 0
 
+    def __repr__(self) -> str:
+        """Name the campaign, and what came out."""
+        done = f"{self.executed:,} executed and {self.reused:,} reused of {self.planned:,}"
+        return f"<CampaignSummary {self.campaign[:10]}: {done}, {self.exit_code.name}>"
+
     def __bool__(self) -> bool:
         """Be as true as the gate, so that asserting what a run came to asserts something."""
         return self.exit_code == ExitCode.OK

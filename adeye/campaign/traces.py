@@ -211,14 +211,17 @@ def _has_the_form(arrays: dict[str, Any], meta: dict[str, Any]) -> bool:
     )
 
 
-def trace_of(kept: Kept, places: Ints, cases: Sequence[TestCase], plan: CampaignPlan) -> Trace:
+def trace_of(
+    kept: Kept, places: Ints, cases: Sequence[TestCase], backend: str, variant: str | None
+) -> Trace:
     """Make the trace of some runs of a file.
 
     Args:
         kept: The file.
         places: (R,) places in it.
         cases: R test cases.
-        plan: What they are planned in.
+        backend: Traffic implementation that executed them.
+        variant: Arithmetic of it.
     """
     is_whole = len(places) == len(kept.arrays["length"]) and bool(
         (places == np.arange(len(places))).all()
@@ -229,7 +232,7 @@ def trace_of(kept: Kept, places: Ints, cases: Sequence[TestCase], plan: Campaign
 
     # The axes that their trace had; nothing is executed.
     cases = as_driven(cases)
-    context, _ = make_traffic(plan.engine.backend, plan.work.variant).reset(cases)
+    context, _ = make_traffic(backend, variant).reset(cases)
     monitors, faults = (tuple(kept.meta[name]) for name in ("monitors", "faults"))
     return Trace(
         layout=layout_of(cases, context, monitors, faults),
@@ -239,6 +242,69 @@ def trace_of(kept: Kept, places: Ints, cases: Sequence[TestCase], plan: Campaign
         channel_events=(None,) * len(places),
         case_digests=tuple(case.digest for case in cases),
     )
+
+
+def kept_trace(
+    repository: Repository, result: str, case: TestCase, backend: str, variant: str | None
+) -> Trace | None:
+    """Read the trace of one run from its file; None if none is kept or the file is gone.
+
+    Args:
+        repository: The database.
+        result: Digest of the run's result.
+        case: Its test case.
+        backend: Traffic implementation that executed it.
+        variant: Arithmetic of it.
+
+    Raises:
+        IntegrityError: The trace does not have the digest that the result was stored with.
+    """
+    folders = roots.folders_of(repository.location.beside)
+    for name, place, digest in repository.evidence.kept_places(result):
+        path = roots.find_kept(folders, name)
+        kept = None if path is None else read_kept(path.parent, name)
+        if kept is not None:
+            _require_places(kept, name, np.array([place]))
+            trace = trace_of(kept, np.array([place]), [case], backend, variant)
+            _require_recorded(folders, name, trace, [(result, digest)])
+            return trace
+    return None
+
+
+def _require_places(kept: Kept, name: str, places: Ints) -> None:
+    """Refuse a file that has fewer runs than results refer to.
+
+    Raises:
+        IntegrityError: It is one.
+    """
+    if not bool(((places >= 0) & (places < len(kept.meta["cases"]))).all()):
+        raise IntegrityError(f"{name[:12]}{SUFFIX} has fewer runs than results refer to")
+
+
+def _require_recorded(
+    folders: Sequence[Path], name: str, trace: Trace, results: Sequence[tuple[str, str]]
+) -> None:
+    """Refuse kept traces that are not those that were recorded.
+
+    Args:
+        folders: Where files of traces are.
+        name: Of the file.
+        trace: What was read.
+        results: Digest of the result and of the trace of each run.
+
+    Raises:
+        IntegrityError: Names the run.
+    """
+    path = roots.find_kept(folders, name)
+    # The names of faults and monitors are in no digest of a trace, but in that of the file.
+    is_altered = path is None or bool(_problem(path, name))
+    for (result, recorded), digest in zip(results, trace.digests(), strict=True):
+        if is_altered or digest != recorded:
+            raise IntegrityError(
+                f"the kept trace of run {result[:12]} in {name[:12]}{SUFFIX} is "
+                "not the one that was recorded. Restore the file from a copy; without it the "
+                "run is replayed, and 'adeye db verify' names it as missing."
+            )
 
 
 @dataclass(frozen=True)
@@ -284,19 +350,10 @@ def judge_kept(
         places = tuple(place for place, _ in wanted)
         cases = [plan.cases[gaps[place].ordinal] for place in places]
         at = np.array([where for _, where in wanted])
-        if not bool(((at >= 0) & (at < len(kept.meta["cases"]))).all()):
-            raise IntegrityError(f"{name[:12]}{SUFFIX} has fewer runs than results refer to")
-        trace = trace_of(kept, at, cases, plan)
-        path = roots.find_kept(folders, name)
-        # The names of faults and monitors are in no digest of a trace, but in that of the file.
-        is_altered = path is None or bool(_problem(path, name))
-        for place, digest in zip(places, trace.digests(), strict=True):
-            if is_altered or digest != gaps[place].trace_digest:
-                raise IntegrityError(
-                    f"the kept trace of run {gaps[place].result[:12]} in {name[:12]}{SUFFIX} is "
-                    "not the one that was recorded. Restore the file from a copy; without it the "
-                    "run is replayed, and 'adeye db verify' names it as missing."
-                )
+        _require_places(kept, name, at)
+        trace = trace_of(kept, at, cases, plan.engine.backend, plan.work.variant)
+        recorded = [(gaps[place].result, gaps[place].trace_digest) for place in places]
+        _require_recorded(folders, name, trace, recorded)
         yield FromTraces(places, _judge(plan, [gaps[place] for place in places], trace, cases),
                          tuple(trace.digests()))  # fmt: skip
 

@@ -13,11 +13,8 @@ from typing import Annotated, Final
 import typer
 
 from adeye.cli.certify import certify, selftest
-from adeye.cli.compare import compare, matrix
-from adeye.cli.confidence import confidence, uncertainty
 from adeye.cli.database import database_app, manifest_app
 from adeye.cli.doctor import doctor, plugins
-from adeye.cli.faults import faults, fork, forks, timeline
 from adeye.cli.gate import check, gate, stale
 from adeye.cli.guests import channel_app, fmu_app
 from adeye.cli.maps import map_app
@@ -25,13 +22,17 @@ from adeye.cli.new import init, new_app
 from adeye.cli.options import add, examples
 from adeye.cli.output import clean, emit, talk
 from adeye.cli.plan import coverage, dependencies, plan, signals
-from adeye.cli.preventability import preventability, reference
 from adeye.cli.progress import leave_if_abandoned, raising_on_sigterm
-from adeye.cli.query import export, query, stl
+from adeye.cli.results.compare import compare, matrix
+from adeye.cli.results.confidence import confidence, uncertainty
+from adeye.cli.results.faults import faults, fork, forks, timeline
+from adeye.cli.results.preventability import preventability, reference
+from adeye.cli.results.query import export, query, stl
+from adeye.cli.results.show import replay, show
+from adeye.cli.results.trace import plot, trace
 from adeye.cli.run import judge, report, run, warmup
 from adeye.cli.scenario import scenario_app
 from adeye.cli.sensors import sensors
-from adeye.cli.show import replay, show
 from adeye.errors import AdeyeError, InputError, Terminated, code_of
 from adeye.judge.verdict import ExitCode
 from adeye.notices import told_to
@@ -98,7 +99,7 @@ def common(
 for panel, verbs in (
     (CAMPAIGN, (plan, run, coverage, judge, gate, stale, signals, sensors, dependencies)),
     (CAMPAIGN, (reference, check)),
-    (RESULTS, (show, replay, timeline, faults, fork, forks)),
+    (RESULTS, (show, trace, plot, replay, timeline, faults, fork, forks)),
     (CAMPAIGN, (uncertainty,)),
     (RESULTS, (preventability, query, stl, compare, confidence, report, matrix, export)),
     (WRITE, (init,)),

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 import typer
 
 from adeye.cli import output as out
-from adeye.cli.confidence import What
 from adeye.cli.options import Db, Json, Quiet, option
 from adeye.cli.progress import reporting, watching
+from adeye.cli.results.confidence import What
 from adeye.judge.verdict import ExitCode
 
 if TYPE_CHECKING:

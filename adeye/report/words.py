@@ -72,8 +72,8 @@ def number(value: float, *, signed: bool = False) -> str:
     Raises:
         ValueError: It is not finite, and has no place in a report.
 
-    >>> number(12.3456), number(0.5, signed=True), number(0.0000123)
-    ('12.3', '+0.50', '1.23e-05')
+    >>> number(12.3456), number(0.5, signed=True), number(0.00053), number(0.000000123)
+    ('12.3', '+0.50', '0.00053', '1.23e-07')
     """
     if not math.isfinite(value):
         msg = f"{value} has no place in a report"
@@ -81,13 +81,26 @@ def number(value: float, *, signed: bool = False) -> str:
     size = abs(value)
     if size == 0.0:
         return "0"
-    if size < 0.001 or size >= 1e6:
+    if size < 1e-6 or size >= 1e6:
         digits = f"{size:.2e}"
     else:
         exponent = math.floor(math.log10(size))
         digits = f"{size:.{max(0, 2 - max(exponent, 0)) if exponent >= -1 else 1 - exponent}f}"
     sign = MINUS if value < 0.0 else "+" if signed else ""
     return sign + digits
+
+
+def told_apart(value: float, other: float, unit: str) -> str:
+    """Write a number with its unit, and with as many digits as tell it from another one.
+
+    >>> told_apart(1.49947, 1.5, "s"), told_apart(1.2, 2.0, "m"), told_apart(2.0, 2.0, "m")
+    ('1.499 s', '1.20 m', '2.00 m')
+    """
+    if value == other or number(value) != number(other):
+        return quantity(value, unit)
+    written = ((f"{value:.{digits}g}", f"{other:.{digits}g}") for digits in range(4, 18))
+    text = next(mine for mine, its in written if mine != its)
+    return f"{text.replace('-', MINUS, 1)} {unit_text(unit)}".rstrip()
 
 
 def counted(things: int) -> str:
@@ -141,7 +154,14 @@ def binding_sentence(binding: Binding) -> str:
     if binding.value is None:
         text += binding.note or "no value"
     else:
-        text += f"{binding.signal} is {value_text(binding.value, binding.unit)}"
+        value, limit = binding.value, binding.threshold
+        are_numbers = all(type(side) in {int, float} for side in (value, limit))
+        told = (
+            told_apart(float(value), float(limit or 0.0), binding.unit)
+            if are_numbers
+            else value_text(value, binding.unit)
+        )
+        text += f"{binding.signal} is {told}"
     if binding.actor is not None:
         text += f" ({binding.actor})"
     if binding.time_s is not None:

@@ -14,12 +14,16 @@ import numpy as np
 import pytest
 
 from adeye.campaign import traces as keeping
+from adeye.campaign.replay import recorded
 from adeye.campaign.run import run_campaign
 from adeye.campaign.traces import altered_files, left_files, read_kept
+from adeye.campaign.work import WorkContext
+from adeye.errors import IntegrityError
 from adeye.store.evidence.roots import SUFFIX, folder_of
 from adeye.store.repository import Repository
-from adeye.trace import COLUMNS
+from adeye.trace import COLUMNS, Trace
 from tests.project import Project
+from tests.refusals import refused
 from tests.stored import known
 
 # --- kept traces that were altered, taken away or put there
@@ -114,6 +118,55 @@ def test_what_an_interrupted_block_leaves_is_no_finding(repository: Repository) 
     (folder / "part.tmp").write_bytes(b"")
     assert found(repository) == []
     assert left_files(repository) == tuple(sorted((whole, "part.tmp")))
+
+
+# --- the signals of one run: from its kept trace, else executed again
+
+
+def test_recorded_signals_are_those_of_the_kept_file_and_of_an_execution(
+    repository: Repository,
+) -> None:
+    ((name, ((result, _), *_)), *_) = repository.evidence.kept_files().items()
+    run = repository.find_run(result)
+    kept = recorded(repository, run)
+    (folder_of(repository.location.beside) / f"{name}{SUFFIX}").unlink()
+    again = recorded(repository, run)
+    assert (kept.is_kept, again.is_kept) == (True, False)
+    assert list(kept.signals.dictionary) == list(again.signals.dictionary)
+    rows = int(kept.signals.trace.length[0])
+    for signal in kept.signals.dictionary:
+        one, other = (item.signals.series(signal) for item in (kept, again))
+        np.testing.assert_array_equal(one.values[:, :rows], other.values[:, :rows])
+        np.testing.assert_array_equal(known(one.status)[:, :rows], known(other.status)[:, :rows])
+
+
+def test_altered_file_gives_no_signals(repository: Repository) -> None:
+    ((name, ((result, _), *_)), *_) = repository.evidence.kept_files().items()
+    path = folder_of(repository.location.beside) / f"{name}{SUFFIX}"
+    with np.load(path) as stored:
+        arrays = dict(stored)
+    arrays["ego"] = arrays["ego"] + 1.0
+    np.savez(path, **arrays)
+    refused(IntegrityError, recorded, repository, repository.find_run(result), says="was recorded")
+
+
+def test_run_that_comes_out_in_another_way_gives_no_signals(
+    repository: Repository, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ((_, ((result, _), *_)), *_) = repository.evidence.kept_files().items()
+    for path in files(repository):
+        path.unlink()
+    drive = WorkContext.drive
+
+    def drift(*asked: Any, **how: Any) -> Trace:
+        trace = drive(*asked, **how)
+        trace.columns["ego"][:, 1] += 1e-9
+        return trace
+
+    monkeypatch.setattr(WorkContext, "drive", drift)
+    refused(
+        IntegrityError, recorded, repository, repository.find_run(result), says="does not come out"
+    )
 
 
 # --- what is not a file of traces any more is not read as one; see ``test_rejudging``

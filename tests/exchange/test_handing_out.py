@@ -31,7 +31,7 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 
 def test_run_is_written_in_every_form(done: Execution, tmp_path: Path) -> None:
-    names = {"mcap": "r.mcap", "osi": "osi", "commonroad": "cr", "table": "r.csv"}
+    names = {"mcap": "r.mcap", "osi": "osi", "commonroad": "cr"}
     places: dict[str, Any] = {form: tmp_path / name for form, name in names.items()}
     handing_out(**places)(done)
     found = read(places["mcap"])
@@ -47,8 +47,7 @@ def test_run_is_written_in_every_form(done: Execution, tmp_path: Path) -> None:
     metrics = done.stored.metrics
     ((_, told),) = found["/metrics"]
     assert told == {name: item.value for name, item in metrics.items() if item.value is not None}
-    assert len(places["table"].read_text("utf-8").splitlines()) == 1 + int(done.trace.length[0])
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["cr", "osi", "r.csv", "r.mcap"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["cr", "osi", "r.mcap"]
     assert len(contents(places["commonroad"])) == 2
     assert len(read_osi(places["osi"], "GroundTruth")) == int(done.trace.length[0])
     first = contents(places["osi"])

@@ -2,12 +2,21 @@
 
 A cell is a number, a truth value or a word; an empty one is no value. Nothing is filled in: a
 formula that reads an empty cell is in error, and rows that are not evenly spaced are refused.
+
+A column may say of itself what it is, ``gap [m]`` or ``mode [ok|lost]``, and a column
+``gap.status`` of each sample of ``gap`` why it is no value, by the words of ``SampleStatus``: so
+does the table that ``adeye trace`` writes.
 """
 
 from __future__ import annotations
 
 import csv
+import json
 import math
+import re
+import zipfile
+from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final, NoReturn
 
@@ -15,10 +24,11 @@ import numpy as np
 
 from adeye.errors import InputError, SourceLocation, require_known
 from adeye.judge.evaluate import Frame
+from adeye.judge.series import SERIES
 from adeye.judge.stl.batch import HELD, NEEDED, evaluate_columns, evaluate_rows
 from adeye.judge.stl.formula import TRUTH_LABELS, parse_formula
-from adeye.judge.stl.parser import KEYWORDS
-from adeye.judge.stl.series import Series
+from adeye.judge.stl.parser import KEYWORDS, cut
+from adeye.judge.stl.series import SampleStatus, Series
 from adeye.judge.stl.syntax import ROW_SLACK, last_row, nested_implications
 from adeye.judge.verdict import Verdict
 from adeye.kernel.relation import TIME_SLACK, tick_time
@@ -38,8 +48,10 @@ from adeye.units import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
     from pathlib import Path
+
+    from numpy.typing import NDArray
 
     from adeye.judge.evaluate import Judgement
     from adeye.judge.stl.formula import Formula
@@ -60,6 +72,16 @@ _MOST_BITS: Final = 1023
 """Of whole numbers: more do not fit into a float."""
 _DELIMITERS: Final = (",", ";", "\t")
 
+ABOUT: Final = "about"
+"""Array of a NumPy archive, and key of a Parquet file, with what is told of a table, as JSON."""
+TRACE_TABLE: Final = "adeye/trace-table@2"
+"""What a table of a run's signals says that it is."""
+STATUS: Final = ".status"
+"""What the name of a column ends in that says why samples of another one are no values."""
+STATUSES: Final = {item.name.lower(): item for item in SampleStatus}
+_HEADING: Final = re.compile(r"(.*\S)\s*\[([^\[\]]+)\]")
+_WORDS_APART: Final = "|"
+
 
 @dataclass(frozen=True)
 class Table:
@@ -71,6 +93,9 @@ class Table:
         lines: Line of each row in its file; empty if it comes from no text file.
         durations: Columns that brought a unit of their own; their cells are seconds.
         dates: Those of them that were dates: seconds after their first row.
+        units: Units that the table tells of its columns.
+        words: Words that it tells that a column may have.
+        horizon: Time until which obligations begin, as it tells; None: it does not.
     """
 
     name: str
@@ -78,6 +103,9 @@ class Table:
     lines: Sequence[int] = ()
     durations: frozenset[str] = frozenset()
     dates: frozenset[str] = frozenset()
+    units: Mapping[str, str] = field(default_factory=dict)
+    words: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    horizon: str | None = None
 
     @property
     def rows(self) -> int:
@@ -118,13 +146,15 @@ class Table:
 
 
 def read_table(path: Path) -> Table:
-    """Read a CSV file, separated by comma, semicolon or tab, or a Parquet file.
+    """Read a CSV file, separated by comma, semicolon or tab, a Parquet file or a NumPy archive.
 
     Raises:
         InputError: It is not there, is no table, or has rows of unequal length.
     """
     if path.suffix.lower() in {".parquet", ".pq"}:
         return _read_parquet(path)
+    if path.suffix.lower() == ".npz":
+        return _read_archive(path)
     try:
         require_plain(path, MAX_BYTES)
         with path.open(encoding="utf-8-sig", newline="") as file:
@@ -143,7 +173,8 @@ def read_table(path: Path) -> Table:
 
 
 def _rows_of(path: Path, reader: Any) -> Table:
-    header = [cell.strip() for cell in next(reader, [])]
+    titles = [cell.strip() for cell in next(reader, [])]
+    header, units, words = _told_by(titles)
     if not any(header):
         raise InputError(f"{path} has no line of column names", remedy="Begin it with one.")
     repeated = next((name for at, name in enumerate(header) if name in header[:at]), None)
@@ -170,7 +201,38 @@ def _rows_of(path: Path, reader: Any) -> Table:
         lines.append(reader.line_num)
         for column, cell in zip(cells, row, strict=True):
             column.append(cell.strip())
-    return Table(str(path), dict(zip(header, cells, strict=True)), lines)
+    columns = dict(zip(header, cells, strict=True))
+    return Table(str(path), columns, lines, units=units, words=words)
+
+
+def _told_by(titles: Sequence[str]) -> tuple[list[str], dict[str, str], dict[str, list[str]]]:
+    """Take the units and words apart from names; what is neither belongs to the name.
+
+    >>> _told_by(["gap [m]", "mode [ok|lost]", "row [odd]"])
+    (['gap', 'mode', 'row [odd]'], {'gap': 'm'}, {'mode': ['ok', 'lost']})
+    """
+    names, units, words = [], dict[str, str](), dict[str, list[str]]()
+    for title in titles:
+        found = _HEADING.fullmatch(title)
+        name, told = (found[1], found[2]) if found is not None else (title, "")
+        if told in UNITS:
+            units[name] = told
+        elif _WORDS_APART in told:
+            words[name] = [word.strip() for word in told.split(_WORDS_APART)]
+        else:
+            name = title
+        names.append(name)
+    return names, units, words
+
+
+def title_of(name: str, unit: str, words: Sequence[str]) -> str:
+    """Write the name of a column with its unit or its words.
+
+    >>> title_of("gap", "m", ()), title_of("mode", "", ("ok", "lost")), title_of("lane", "", ())
+    ('gap [m]', 'mode [ok|lost]', 'lane')
+    """
+    told = unit or _WORDS_APART.join(words)
+    return f"{name} [{told}]" if told else name
 
 
 def _read_parquet(path: Path) -> Table:
@@ -190,6 +252,44 @@ def _read_parquet(path: Path) -> Table:
     return table_of(frame, str(path))
 
 
+def _read_archive(path: Path) -> Table:
+    try:
+        require_plain(path, MAX_BYTES)
+        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as stored:
+            members = stored.zip.infolist()
+            # What is packed may be larger than any memory.
+            if sum(item.file_size for item in members) > path.stat().st_size:
+                raise InputError(f"{path} is packed", remedy="Save it by numpy.savez.")
+            return table_of({name: stored[name] for name in stored.files}, str(path))
+    except (OSError, ValueError, EOFError, AttributeError, zipfile.BadZipFile) as error:
+        said = f"{shown(str(path))} is no archive of arrays: {error}"
+        raise InputError(said, remedy="Name a table.") from error
+
+
+def _told_of(columns: Any) -> Mapping[str, Any]:
+    """Give what a data frame or an archive tells of its columns, if it is the table of a run."""
+    told = getattr(columns, "attrs", None)
+    if told is None and ABOUT in columns:
+        with suppress(ValueError):
+            told = json.loads(str(np.asarray(columns[ABOUT])))
+    if not isinstance(told, Mapping) or told.get("schema") != TRACE_TABLE:
+        return {}
+    units, words, horizon = (told.get(item) for item in ("units", "words", "horizon"))
+    return {
+        "units": {
+            name: unit
+            for name, unit in (units.items() if isinstance(units, Mapping) else ())
+            if name in columns and isinstance(unit, str)
+        },
+        "words": {
+            name: [str(label) for label in labels]
+            for name, labels in (words.items() if isinstance(words, Mapping) else ())
+            if name in columns and isinstance(labels, list | tuple)
+        },
+        "horizon": horizon if isinstance(horizon, str) else None,
+    }
+
+
 def table_of(columns: Mapping[str, Any] | Any, name: str = "the table") -> Table:
     """Make a table of arrays by name, for example of a data frame.
 
@@ -201,7 +301,9 @@ def table_of(columns: Mapping[str, Any] | Any, name: str = "the table") -> Table
         raise InputError(
             f"{shown(columns)} is no table", remedy="Give a file, a data frame, or columns by name."
         )
-    cells = {str(key): _array(columns[key]) for key in columns}
+    told = _told_of(columns)
+    is_beside = {ABOUT} if told and not hasattr(columns, "attrs") else set[str]()
+    cells = {str(key): _array(columns[key]) for key in columns if key not in is_beside}
     if len({array.shape for array in cells.values()}) > 1 or any(
         a.ndim != 1 for a in cells.values()
     ):
@@ -212,6 +314,7 @@ def table_of(columns: Mapping[str, Any] | Any, name: str = "the table") -> Table
         {key: _cells(array) for key, array in cells.items()},
         durations=frozenset(key for key, kind in kinds.items() if kind in "mM"),
         dates=frozenset(key for key, kind in kinds.items() if kind == "M"),
+        **told,
     )
     for key, column in table.columns.items():
         for row, cell in enumerate(column):
@@ -417,10 +520,28 @@ class TableSignals:
                 f"column {shown(name)} has dates, which are compared with nothing",
                 remedy="Subtract the time of the row, or another date.",
             )
+        found = self._samples(name, cells)
+        status = self._status(name)
+        if status is None:
+            return found
+        declared = SERIES.get(name.removeprefix("any_actor."))
+        cap = 1.0 if declared is None else declared.type.cap
+        return replace(found, status=status, cap=cap if found.kind == "number" else None)
+
+    def _status(self, name: str) -> NDArray[np.int8] | None:
+        """Read (1, T) what the samples of a column are, if another column says that."""
+        cells = self.table.columns.get(f"{name}{STATUS}")
+        if cells is None or not all(_text(cell) in STATUSES for cell in cells):
+            return None
+        return np.array([[STATUSES[_text(cell)] for cell in cells]], dtype=np.int8)
+
+    def _samples(self, name: str, cells: Sequence[Any]) -> Series:
+        texts = [_text(cell) for cell in cells]
         if name in self.words:
             labels = tuple(self.words[name])
-            return self._coded(name, [_text(cell) for cell in cells], labels, "enumeration")
-        texts = [_text(cell) for cell in cells]
+            if labels == TRUTH_LABELS:
+                return self._coded(name, [text.lower() for text in texts], labels, "boolean")
+            return self._coded(name, texts, labels, "enumeration")
         present = [text for text in texts if text]
         if present and all(text.lower() in TRUTH_LABELS for text in present):
             return self._coded(name, [text.lower() for text in texts], TRUTH_LABELS, "boolean")
@@ -476,7 +597,9 @@ class TableSignals:
         values = np.array([convert(value, unit) for value in values.tolist()])
         # Times far from 0, as those of a calendar, are rounded more.
         largest = np.abs(values[np.isfinite(values)]).max(initial=0.0)
-        slack = TIME_SLACK + 4.0 * float(np.spacing(largest)) if is_time else 0.0
+        # The age of a sample or a command of a run is a difference of times, too.
+        is_clock = is_time or name.endswith(".age")
+        slack = TIME_SLACK + 4.0 * float(np.spacing(largest)) if is_clock else 0.0
         shown_unit = si_unit(unit.exponents)
         return Series(values[np.newaxis], 1.0, shown_unit, "number", slack=slack, is_scaled=False)
 
@@ -506,7 +629,7 @@ class TableSignals:
         found = [
             (int(row), name)
             for name in names
-            for row in np.flatnonzero(~np.isfinite(self.series(name).values[0]))[:1]
+            for row in np.flatnonzero(_is_missing(self.series(name)))[:1]
         ]
         if not found:
             return None
@@ -514,6 +637,15 @@ class TableSignals:
         cell = self.table.columns[name][row]
         text = "empty" if not _text(cell) else f"{_text(cell)}, which is no finite number"
         return f"{self.table.place(row)}: {name} is {text}"
+
+
+def _is_missing(series: Series) -> Any:
+    """(T,) whether a sample is none though it ought to be a value."""
+    is_none = ~np.isfinite(series.values[0])
+    if series.status is None:
+        return is_none
+    status = series.status[0]
+    return (is_none & (status == SampleStatus.VALUE)) | (status == SampleStatus.ERROR)
 
 
 def _text(cell: Any) -> str:
@@ -551,7 +683,8 @@ class Reading:
         units: Unit of a column's numbers, by column; of the time, seconds by default.
         words: Words that a column may have, by column; by default those that occur.
         parameters: Values of what the formula names beside columns: text with a unit, or numbers.
-        horizon: Time after the first row until which obligations begin; None: to the last row.
+        horizon: Time after the first row until which obligations begin; None: as the table tells,
+            else to the last row.
     """
 
     time: str | None = None
@@ -586,6 +719,13 @@ class JudgedTable:
     robustness_low: Floats
     robustness_high: Floats
 
+    def __repr__(self) -> str:
+        """Name the formula and its verdict, and where the margin is."""
+        item = self.judgement
+        at = "" if item.time_s is None else f" at {item.time_s:.15g} s"
+        margin = "" if item.margin is None else f", margin {item.margin:.6g}{at}"
+        return f"<JudgedTable {cut(self.formula)}: {self.verdict.value}{margin}>"
+
     @property
     def verdict(self) -> Verdict:
         """PASS, FAIL, INCONCLUSIVE, VACUOUS or ERROR."""
@@ -608,12 +748,13 @@ def judge_table(text: str, table: Table, reading: Reading) -> JudgedTable:
         InputError: The formula, the table or what is told of it cannot be used.
     """
     column = time_column(table, reading.time)
-    times, step, row_slack = sampling(table, column, reading.units.get(column, "s"))
-    signals = TableSignals(table, reading.units, reading.words, column)
+    units = {**table.units, **reading.units}
+    times, step, row_slack = sampling(table, column, units.get(column, "s"))
+    signals = TableSignals(table, units, {**table.words, **reading.words}, column)
     parameters = _parameters(reading.parameters, table)
     formula = parse_formula(text, parameters=parameters)
     _check_names(formula, table, parameters)
-    horizon, row = _horizon(reading.horizon, (step, row_slack), len(times))
+    horizon, row = _horizon(reading.horizon or table.horizon, (step, row_slack), len(times))
     asked: dict[str, Any] = {
         "step_s": step,
         "row_slack": row_slack,

@@ -283,6 +283,11 @@ class Comparison(Part):
     cheapest: tuple[str, ...]
     """The cheapest of those for which every mandatory FSR passes; several at one price."""
 
+    def __repr__(self) -> str:
+        """Name the campaign and the architectures."""
+        names = ", ".join(item.id for item in self.candidates)
+        return f"<Comparison {self.campaign[:10]}: {names}>"
+
     @agrees
     def _holds_together(self) -> Iterator[str]:
         known = {item.id for item in self.candidates}

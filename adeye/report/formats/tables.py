@@ -120,7 +120,9 @@ class _ParquetFile(TableFile):
             for column in columns
         ]
         written = json.dumps(metadata, ensure_ascii=False, sort_keys=True)
-        self._schema = self._pa.schema(fields, metadata={"adeye": written})
+        # By the second name pandas finds what it has in the attrs of a data frame.
+        about = {"adeye": written, "PANDAS_ATTRS": written}
+        self._schema = self._pa.schema(fields, metadata=about)
         self._writer = self._pa.parquet.ParquetWriter(path, self._schema, compression="zstd")
         self._waiting: list[Any] = []
         self._waiting_rows = 0

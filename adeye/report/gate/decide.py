@@ -301,6 +301,11 @@ class GateResult:
     channel_failures: tuple[totals.ChannelFailure, ...] = ()
     contacts: Mapping[str, int] = field(default_factory=dict)
 
+    def __repr__(self) -> str:
+        """Name the campaign, the answer and how much was found."""
+        found = f"{self.exit_code.name}, {len(self.findings)} findings"
+        return f"<GateResult {self.campaign[:10]}: {found}>"
+
     def __bool__(self) -> bool:
         """Be as true as the gate."""
         return self.exit_code == ExitCode.OK

@@ -298,6 +298,11 @@ class Report(Part):
     undrawn: tuple[Undrawn, ...] = ()
     """Runs that are not drawn because they do not come out as they are stored."""
 
+    def __repr__(self) -> str:
+        """Name the campaign, and what came out."""
+        counted = f"{self.accounted:,} of {self.planned:,} test cases"
+        return f"<Report {self.campaign[:10]}: {counted}, {self.exit_code.name}>"
+
     @agrees
     def _refers_to_what_it_has(self) -> Iterator[str]:
         fsrs = _unique("fsrs", (fsr.id for fsr in self.fsrs))

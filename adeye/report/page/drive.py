@@ -440,6 +440,7 @@ def plots_of(
     run: int,
     requirements: Iterable[Requirement],
     verdicts: Mapping[str, VerdictRecord],
+    only: Sequence[str] = (),
 ) -> tuple[drawn.SignalPlot, ...]:
     """Choose and cut the signals of one run.
 
@@ -448,6 +449,7 @@ def plots_of(
         run: Its row.
         requirements: FSRs that were judged on it.
         verdicts: Their verdicts, by FSR.
+        only: The signals; by default those that the FSRs are about.
     """
     lines: dict[str, list[drawn.ThresholdLine]] = {}
     names = dict.fromkeys(name for name in ALWAYS if name in signals.dictionary)
@@ -463,7 +465,7 @@ def plots_of(
             if line is not None:
                 plotted = item.bound and _series_of(item.bound.metric)
                 lines.setdefault(plotted or record.signal, []).append(line)
-    chosen = list(names)[:MAX_PLOTS]
+    chosen = only or list(names)[:MAX_PLOTS]
     return tuple(_plot(signals.series(name), name, signals, run, lines) for name in chosen)
 
 

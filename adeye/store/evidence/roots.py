@@ -520,6 +520,16 @@ class Evidence(Door):
             found[str(name)].append((str(result), str(trace)))
         return {name: tuple(runs) for name, runs in found.items()}
 
+    def kept_places(self, result_digest: str) -> list[tuple[str, int, str]]:
+        """Tell where traces of a result are kept: file, place in it, digest of the trace."""
+        query = (
+            "SELECT k.file, k.place, r.trace_digest FROM kept_trace k "
+            "JOIN run r ON r.number = k.run_number WHERE r.result_digest = ? "
+            "ORDER BY k.file, k.place"
+        )
+        rows = self._ask(query, result_digest)
+        return [(str(name), int(place), str(digest)) for name, place, digest in rows]
+
     def withdraw(self, result_digest: str, *, author: str, reason: str) -> bool:
         """Let a result count as evidence no more, in every campaign; its rows stay.
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from adeye.cli.query import FileFormat, Table
+from adeye.cli.results.query import FileFormat, Table
 from adeye.report.formats import tables as exporting
 from adeye.report.formats.tables import FORMATS
 from adeye.store.read.export import TABLES

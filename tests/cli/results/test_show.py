@@ -25,7 +25,33 @@ DESCRIPTION: dict[str, Any] = {
     "swept_paths": {"architecture.channels.nominal.links": "[localisation, front_radar]"},
     "outcome": "completed",
     "metrics": {"min_ttc_s": {"value": None, "status": "no_conflict"}, "contact": {"value": 1.0}},
-    "verdicts": [{"fsr": "FSR-01", "verdict": "FAIL", "margin": None}],
+    "end_reason": "contact",
+    "duration_s": 2.5,
+    "verdicts": [
+        {
+            "fsr": "FSR-01",
+            "verdict": "FAIL",
+            "margin": None,
+            "predicate": "contact",
+            "detail": "contact is true",
+            "actor": "cutter",
+            "time_s": 2.5,
+            "measure": "always(not contact)",
+        },
+        {
+            "fsr": "FSR-02",
+            "verdict": "FAIL",
+            "margin": -0.00053,
+            "unit": "s",
+            "signal": "ttc",
+            "predicate": "ttc >= 1.5 s",
+            "value": 1.49947,
+            "threshold": 1.5,
+            "time_s": 1.25,
+            "measure": "always(ttc >= 1.5 s)",
+        },
+        {"fsr": "FSR-03", "verdict": "PASS", "margin": 0.5},
+    ],
     "events": [{"time_s": 2.5, "kind": "contact", "subject": "cutter"}],
     "command": "adeye replay ababababab",
 }
@@ -66,13 +92,28 @@ def results(monkeypatch: pytest.MonkeyPatch) -> Mock:
 
 
 def test_show_prints_everything_harmlessly(adeye: Any, results: Mock) -> None:
-    ended = adeye("show", "abab", "--db", "x.db").ok
+    ended = adeye("show", "abab", "--all", "--db", "x.db").ok
     assert results.mock_calls == [call.describe_run("x.db", "abab")]
     assert "\nSwept paths\n" in ended.out
     for part in ("legacy_camera", "gap", "no_conflict", "FSR-01", "contact", "cutter", "2.5"):
         assert part in ended.out
     assert "\x1b" not in ended.out
     assert ended.out.rstrip().endswith("Reproduce it:  adeye replay ababababab")
+
+
+@pytest.mark.usefixtures("results")
+def test_show_begins_with_what_failed_and_why(adeye: Any) -> None:
+    lines = adeye("show", "abab").ok.out.splitlines()
+    assert lines[1].split(maxsplit=1) == ["Outcome", "completed, ended by contact at 2.5 s"]
+    at = lines.index("✕ FAIL FSR-01  always(not contact)")
+    assert lines[at + 1] == "  contact is true (cutter) at 2.50 s"
+    assert lines[at + 3 : at + 5] == [
+        "✕ FAIL FSR-02  always(ttc >= 1.5 s)",
+        "  ttc >= 1.5 s: ttc is 1.499 s at 1.25 s, short by 0.00053 s",
+    ]
+    assert lines.index("Parameters") > at
+    assert "PASS  FSR-03" in lines
+    assert not {"Metrics", "Ids"} & {*lines}
 
 
 @pytest.mark.usefixtures("results")
@@ -154,7 +195,7 @@ def test_run_is_handed_to_the_viewers_that_are_asked_for(
     hand_out = Mock()
     handing_out = Mock(return_value=hand_out)
     monkeypatch.setattr(reporting, "handing_out", handing_out)
-    asked = {"mcap": "r.mcap", "osi": "o", "commonroad": "c", "table": "t.csv"}
+    asked = {"mcap": "r.mcap", "osi": "o", "commonroad": "c"}
     options = [word for name, path in asked.items() for word in (f"--{name}", path)]
     ended = adeye("replay", "abab", *options).ok
     more = {"rosbag": None, "shown": None}
@@ -203,7 +244,7 @@ def test_grid_map_that_cannot_be_had_is_refused(adeye: Any) -> None:
         assert not Path("g.npz").exists()
 
 
-@pytest.mark.parametrize("flag", ["--mcap", "--table"])
+@pytest.mark.parametrize("flag", ["--mcap", "--commonroad"])
 def test_database_is_not_written_over(adeye: Any, mini: Executed, flag: str) -> None:
     before = mini.db.read_bytes()
     said = adeye("replay", "abab", "--db", str(mini.db), flag, str(mini.db)).refused

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 import adeye.reporting
-from adeye.cli.compare import p_text, percent, place_text
+from adeye.cli.results.compare import p_text, percent, place_text
 from adeye.report.formats.matrix import matrix_of
 from adeye.report.model.report import Report
 from tests.project import Executed

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryFile
 from typing import TYPE_CHECKING, Annotated, Any, BinaryIO, Final, cast
@@ -10,47 +11,142 @@ from typing import TYPE_CHECKING, Annotated, Any, BinaryIO, Final, cast
 import typer
 
 from adeye.cli.options import Db, Json, RunId, named, named_page, named_place, option
-from adeye.cli.output import clean, emit, emit_fields, emit_found, emit_value, wrote
+from adeye.cli.output import (
+    clean,
+    emit,
+    emit_fields,
+    emit_found,
+    emit_line,
+    emit_value,
+    listed,
+    short,
+    verdict_cell,
+    wrote,
+)
 from adeye.errors import IntegrityError, UsageError
 from adeye.judge.verdict import ExitCode
 from adeye.outputs import write_atomically
 from adeye.units import Dimension, parse_quantity
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from adeye.campaign.replay import Dump, Execution, Replayed
 
-_SECTIONS: Final = ("parameters", "metrics", "verdicts", "events")
+_SECTIONS: Final = ("parameters", "swept_paths", "metrics", "verdicts", "events")
 _COMMAND: Final = "command"
+_SAID: Final = (
+    _COMMAND, "outcome", "end_reason", "duration_s", "scenario", "architecture", "fault_entry",
+)  # fmt: skip
+"""What the first lines about a run say."""
+_BAD: Final = ("FAIL", "ERROR", "INVALID")
+"""Verdicts that are told with their reason."""
 
 
-def show(run: RunId, db: Db = None, json: Json = False) -> None:
-    """Show a run as it is stored: parameters, outcome, metrics, verdicts, events.
+def show(
+    run: RunId,
+    *,
+    all_: Annotated[bool, option("--all -a")] = False,
+    db: Db = None,
+    json: Json = False,
+) -> None:
+    """Show a run as it is stored: outcome, what failed and why, parameters, events.
 
     RUN is any unique beginning of the run's digest, as the verdict table and the report print it.
 
+    Parameters:
+        all_: Also every verdict with its margin, metrics, and ids.
+
     Examples:
         adeye show 3f2a91c04b
+        adeye show 3f2a --all
         adeye show 3f2a --json
     """
     from adeye.campaign.replay import describe_run
 
-    emit_found("show", describe_run(db, run), _print_run, json=json)
+    print_run = partial(_print_run, is_whole=all_)
+    emit_found("show", describe_run(db, run), print_run, json=json)
 
 
-def _print_run(description: Mapping[str, Any]) -> None:
-    head = {
-        name: value
-        for name, value in description.items()
-        if name not in {*_SECTIONS, _COMMAND} and not isinstance(value, dict | list | tuple)
-    }
-    emit_fields(head)
-    for name, value in description.items():
-        if name not in head and name != _COMMAND:
-            emit_value(name.capitalize().replace("_", " "), value)
+def _print_run(description: Mapping[str, Any], *, is_whole: bool) -> None:
+    """Print what one wants to know first; the rest on demand."""
+    emit_fields(_head(description))
+    verdicts = description.get("verdicts", ())
+    for item in verdicts:
+        if item["verdict"] in _BAD:
+            _print_failing(item)
+    _print_other_verdicts(verdicts)
+    for name in ("parameters", "swept_paths", "events"):
+        emit_value(_titled(name), description.get(name))
+    if is_whole:
+        for name in ("verdicts", "metrics"):
+            emit_value(_titled(name), description.get(name))
+        ids = {
+            name: value
+            for name, value in description.items()
+            if name not in {*_SECTIONS, *_SAID} and not isinstance(value, dict | list | tuple)
+        }
+        emit_value("Ids", ids)
     if _COMMAND in description:
+        if not is_whole:
+            emit("\nAll verdicts, metrics and ids:  add --all")
         emit(f"\nReproduce it:  {clean(description[_COMMAND])}")
+
+
+def _titled(name: str) -> str:
+    return name.capitalize().replace("_", " ")
+
+
+def _head(description: Mapping[str, Any]) -> dict[str, object]:
+    """Give the run in a few lines: what it was, and how it ended."""
+    told = {name: value for name, value in description.items() if value not in (None, "")}
+    outcome = told.get("outcome")
+    if outcome is not None and "duration_s" in told:
+        outcome = f"{outcome}, ended by {told.get('end_reason')} at {told['duration_s']:g} s"
+    broken = (told.get("outcome_channel"), told.get("outcome_detail"))
+    return {
+        "Run": short(told["run"]),
+        "Outcome": ": ".join(str(part) for part in (outcome, *broken) if part is not None),
+        "Scenario": told.get("scenario"),
+        "Architecture": told.get("architecture"),
+        "Fault entry": told.get("fault_entry"),
+        "Fork of": short(told["fork_of"]) if "fork_of" in told else None,
+        "Note": "it depends on the machine" if told.get("machine_dependent") else None,
+        "Executed": None if told.get("is_done", True) else "not yet",
+    }
+
+
+def _print_failing(item: Mapping[str, Any]) -> None:
+    """Print an FSR that did not hold: what was asked for, and where that was missed."""
+    from adeye.judge.verdict import Verdict
+    from adeye.report.model.part import Binding
+    from adeye.report.words import binding_sentence
+
+    reason = item.get("detail") or ""
+    if item.get("margin") is not None:
+        names = ("predicate", "time_s", "actor", "value", "threshold")
+        told: dict[str, Any] = {name: item.get(name) for name in names}
+        told |= {name: item.get(name) or "" for name in ("signal", "unit")}
+        why = binding_sentence(Binding(**told, difference=item["margin"], note=reason))
+    else:
+        # What is true or false has no distance to what was asked for.
+        actor = f" ({item['actor']})" if item.get("actor") is not None else ""
+        at = f" at {item['time_s']:.2f} s" if item.get("time_s") is not None else ""
+        why = f"{reason or item.get('predicate') or 'nothing says why'}{actor}{at}"
+    emit("")
+    sign = verdict_cell(Verdict(item["verdict"])).plain
+    emit_line(f"{sign} {item['fsr']}  {item.get('measure', '')}")
+    emit_line(f"  {why}")
+
+
+def _print_other_verdicts(verdicts: Sequence[Mapping[str, Any]]) -> None:
+    others: dict[str, list[str]] = {}
+    for item in verdicts:
+        if item["verdict"] not in _BAD:
+            others.setdefault(item["verdict"], []).append(item["fsr"])
+    has_bad = sum(map(len, others.values())) < len(verdicts)
+    title = "Other verdicts" if has_bad else "Verdicts"
+    emit_value(title, {name: listed(fsrs) for name, fsrs in others.items()})
 
 
 def replay(  # noqa: PLR0917 - options of the command line
@@ -64,7 +160,6 @@ def replay(  # noqa: PLR0917 - options of the command line
     mcap: Annotated[Path | None, option("FILE", env="REPLAY_MCAP", callback=named)] = None,
     osi: Annotated[Path | None, option("DIR", env="REPLAY_OSI", callback=named_place)] = None,
     commonroad: Annotated[Path | None, option("DIR", callback=named_place)] = None,
-    table: Annotated[Path | None, option("FILE", env="REPLAY_TABLE", callback=named)] = None,
     rosbag: Annotated[Path | None, option("PATH", callback=named_place)] = None,
     json: Json = False,
 ) -> None:
@@ -76,8 +171,7 @@ def replay(  # noqa: PLR0917 - options of the command line
     With --grid and --dump it saves the grid map around the ego at a time, layer by layer, as a
     NumPy archive: with what is true, or with --channel what that channel believes.
 
-    With --mcap, --osi, --commonroad, --table and --rosbag it writes the run for viewers and tools
-    of others.
+    With --mcap, --osi, --commonroad and --rosbag it writes the run for viewers and tools of others.
 
     Exit codes: 0 identical, 4 the trace differs, or with --html the evidence is not as it was
     written.
@@ -94,7 +188,6 @@ def replay(  # noqa: PLR0917 - options of the command line
         osi: Folder for traces of ASAM OSI, in single files and in MCAP; needs adeye[osi].
         commonroad: Folder for the run as a scenario of CommonRoad, and what the ego drove as its
             solution.
-        table: Write its signals, a row a tick: a file in .parquet, .csv or .jsonl.
         rosbag: Write what the default channel is shown, or --channel: a folder for a bag of ROS 2,
             a file in .bag for one of ROS 1; needs adeye[viz].
 
@@ -110,7 +203,7 @@ def replay(  # noqa: PLR0917 - options of the command line
     if grid is not None:
         looks.append(_grid_saver(grid, cells, channel, dump))
     shown = _shown(channel, dump, cells, is_grid=grid is not None, is_bag=rosbag is not None)
-    handed = {"mcap": mcap, "osi": osi, "commonroad": commonroad, "table": table, "rosbag": rosbag}
+    handed = {"mcap": mcap, "osi": osi, "commonroad": commonroad, "rosbag": rosbag}
 
     def look(done: Execution) -> None:
         for item in looks:
