@@ -156,6 +156,7 @@ class Repository(Door):
     figures = reading(read_figures)
     compared = reading(read_compared)
     worst_runs = reading(stored.worst_runs)
+    worst_run = reading(stored.worst_run)
 
     # Integrity
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 from adeye.cli import output as out
 from adeye.cli.options import CampaignId, Db, Json, Quiet, RunId, option
 from adeye.cli.progress import watching
+from adeye.cli.results.runs import LastFailed, RunName, Worst, run_called
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -201,7 +202,15 @@ _MOMENTS: Final = {
 _WIDE: Final = 160
 
 
-def timeline(run: RunId, db: Db = None, json: Json = False, quiet: Quiet = False) -> None:
+def timeline(
+    run: RunName = None,
+    *,
+    worst: Worst = None,
+    last_failed: LastFailed = False,
+    db: Db = None,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
     """Show what follows the fault of a run: times, intervals, and the FTTI that was measured.
 
     The run is executed again beside its fault-free twin, and beside its twin in which the default
@@ -216,8 +225,9 @@ def timeline(run: RunId, db: Db = None, json: Json = False, quiet: Quiet = False
     """
     from adeye.campaign.studies.fault_timing import run_timeline
 
+    called = run_called(db, run, worst, last_failed=last_failed)
     with watching(quiet=quiet) as report:
-        found = run_timeline(db, run, report)
+        found = run_timeline(db, called, report)
     out.emit_found("timeline", found, _print_timeline, json=json, document=document)
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, BinaryIO, Final, cast
 
 import typer
 
-from adeye.cli.options import Db, Json, RunId, named, named_page, named_place, option
+from adeye.cli.options import Db, Json, named, named_page, named_place, option
 from adeye.cli.output import (
     clean,
     emit,
@@ -23,6 +23,7 @@ from adeye.cli.output import (
     verdict_cell,
     wrote,
 )
+from adeye.cli.results.runs import LastFailed, RunName, Worst, run_called
 from adeye.errors import IntegrityError, UsageError
 from adeye.judge.verdict import ExitCode
 from adeye.outputs import write_atomically
@@ -44,8 +45,10 @@ _BAD: Final = ("FAIL", "ERROR", "INVALID")
 
 
 def show(
-    run: RunId,
+    run: RunName = None,
     *,
+    worst: Worst = None,
+    last_failed: LastFailed = False,
     all_: Annotated[bool, option("--all -a")] = False,
     db: Db = None,
     json: Json = False,
@@ -59,13 +62,14 @@ def show(
 
     Examples:
         adeye show 3f2a91c04b
-        adeye show 3f2a --all
+        adeye show --worst FSR-02 --all
         adeye show 3f2a --json
     """
     from adeye.campaign.replay import describe_run
 
+    called = run_called(db, run, worst, last_failed=last_failed)
     print_run = partial(_print_run, is_whole=all_)
-    emit_found("show", describe_run(db, run), print_run, json=json)
+    emit_found("show", describe_run(db, called), print_run, json=json)
 
 
 def _print_run(description: Mapping[str, Any], *, is_whole: bool) -> None:
@@ -149,8 +153,11 @@ def _print_other_verdicts(verdicts: Sequence[Mapping[str, Any]]) -> None:
     emit_value(title, {name: listed(fsrs) for name, fsrs in others.items()})
 
 
-def replay(  # noqa: PLR0917 - options of the command line
-    run: RunId,
+def replay(
+    run: RunName = None,
+    *,
+    worst: Worst = None,
+    last_failed: LastFailed = False,
     db: Db = None,
     html: Annotated[Path | None, option("FILE", callback=named_page)] = None,
     channel: Annotated[str | None, option("ID")] = None,
@@ -193,12 +200,13 @@ def replay(  # noqa: PLR0917 - options of the command line
 
     Examples:
         adeye replay 3f2a91c04b
-        adeye replay 3f2a91c04b --html replay.html
+        adeye replay --last-failed --html replay.html
         adeye replay 3f2a91c04b --grid '4.2 s' --dump grid.npz
         adeye replay 3f2a91c04b --mcap run.mcap
     """
     from adeye.campaign.replay import replay_run
 
+    called = run_called(db, run, worst, last_failed=last_failed)
     looks = []
     if grid is not None:
         looks.append(_grid_saver(grid, cells, channel, dump))
@@ -214,13 +222,13 @@ def replay(  # noqa: PLR0917 - options of the command line
             from adeye.reporting import handing_out
 
             looks.append(handing_out(**handed, shown=taken))
-        again = replay_run(db, run, shown, look if looks else None)
+        again = replay_run(db, called, shown, look if looks else None)
     emit_found("replay", again, _print, json=json)
     written = None
     if html is not None:
         from adeye.reporting import write_replay
 
-        written = write_replay(db, run, html)
+        written = write_replay(db, called, html)
         wrote(html)
     for path in (dump, *handed.values()):
         if path is not None:

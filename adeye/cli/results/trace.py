@@ -10,6 +10,7 @@ import typer
 
 from adeye.cli import options as opt
 from adeye.cli import output as out
+from adeye.cli.results.runs import LastFailed, RunName, Worst, run_called
 from adeye.errors import InputError, UsageError
 from adeye.outputs import replacing, write_atomically
 
@@ -28,8 +29,10 @@ _BESIDE: Final = 24
 
 
 def trace(
-    run: opt.RunId,
+    run: RunName = None,
     *,
+    worst: Worst = None,
+    last_failed: LastFailed = False,
     signal: Annotated[list[str] | None, opt.option("--signal -s GLOB")] = None,
     output: Annotated[
         Path | None, opt.option("--output -o FILE", env="TRACE_OUTPUT", callback=opt.named)
@@ -52,12 +55,14 @@ def trace(
     Examples:
         adeye trace 3f2a91c04b -o run.parquet
         adeye trace 3f2a91c04b --signal 'ego.*' --signal ttc
+        adeye trace --worst FSR-02 -o run.parquet
     """
     from adeye.report.formats.traces import document, form_of, write_trace_table
     from adeye.reporting import trace_run
 
     form = None if output is None else form_of(output)
-    found = trace_run(db, run, signal or ())
+    called = run_called(db, run, worst, last_failed=last_failed)
+    found = trace_run(db, called, signal or ())
     if output is not None and form is not None:
         with replacing(output) as place:
             write_trace_table(found, place, form)
@@ -75,9 +80,10 @@ def trace(
 
 
 def plot(
-    run: opt.RunId,
-    signals: Annotated[list[str], typer.Argument(metavar="SIGNAL...", show_default=False)],
+    words: Annotated[list[str], typer.Argument(metavar="[RUN] SIGNAL...", show_default=False)],
     *,
+    worst: Worst = None,
+    last_failed: LastFailed = False,
     output: Annotated[
         Path | None, opt.option("--output -o FILE", env="PLOT_OUTPUT", callback=opt.named)
     ] = None,
@@ -88,12 +94,13 @@ def plot(
     Without --output they are drawn in the terminal, which needs adeye[plot].
 
     Parameters:
-        signals: Names of signals, in which * and ? stand for others.
+        words: Beginning of the run's digest, then names of signals, in which * and ? stand for
+            others.
         output: Picture in .svg.
 
     Examples:
         adeye plot 3f2a91c04b ttc ego.speed -o run.svg
-        adeye plot 3f2a91c04b 'authority.*'
+        adeye plot --worst FSR-02 'authority.*'
     """
     from adeye.reporting import draw_run
 
@@ -103,7 +110,12 @@ def plot(
         raise UsageError(
             f"{str(output)!r} does not end in {PICTURE}", remedy="A browser prints it as PDF."
         )
-    drawing = draw_run(db, run, signals)
+    is_digest = worst is None and not last_failed
+    run, signals = (words[0], words[1:]) if is_digest else (None, words)
+    if not signals:
+        raise UsageError("which signals?", remedy="'adeye signals ODD' lists them.")
+    called = run_called(db, run, worst, last_failed=last_failed)
+    drawing = draw_run(db, called, signals)
     if output is None:
         out.emit(out.clean(drawing.title))
         for item in drawing.plots:

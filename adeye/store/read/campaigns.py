@@ -12,7 +12,7 @@ from typing import Any, Final
 
 from sqlalchemy import Connection, Row, RowMapping, func, select, text
 
-from adeye.errors import InputError, IntegrityError, UsageError
+from adeye.errors import InputError, IntegrityError, UsageError, require_known
 from adeye.judge.verdict import Verdict
 from adeye.notices import notice
 from adeye.store import catalogue as catalog
@@ -476,6 +476,34 @@ def worst_runs(
         (campaign_id, fsr, *(bound for pair in ranges for bound in pair), *values, limit),
     ).all()
     return tuple((run_ref(item), records.verdict_record(item._mapping)) for item in found)
+
+
+def worst_run(connection: Connection, campaign_id: str, fsr: str | None = None) -> tuple[str, str]:
+    """Return the worst run for an FSR, or for the first one that fails, the mandatory ones before.
+
+    Returns:
+        Id of the FSR and digest of the run's result.
+
+    Raises:
+        UsageError: There is no such FSR, it was measured in no run, or none fails.
+    """
+    found = fsr_status(connection, campaign_id)
+    if fsr is not None:
+        known = sorted({item.fsr for item in found})
+        require_known((fsr,), known, lambda name: f"the campaign has no FSR {name!r}")
+        asked, verdict = [fsr], None
+    else:
+        failing = {(not item.is_mandatory, item.fsr) for item in found if item.counts[Verdict.FAIL]}
+        asked, verdict = [name for _, name in sorted(failing)], Verdict.FAIL
+    for name in asked:
+        for ref, _ in worst_runs(connection, campaign_id, name, limit=1, verdict=verdict):
+            return name, ref.result_digest
+    if fsr is None:
+        raise UsageError("no run of the campaign fails an FSR", remedy="Name one by its digest.")
+    raise UsageError(
+        f"{fsr} was measured in no run of the campaign",
+        remedy="See 'adeye query unexercised', and 'adeye where' for what became of its runs.",
+    )
 
 
 def _one_of_each(wanted: Mapping[str, Sequence[str]]) -> tuple[str, list[str]]:
