@@ -255,7 +255,7 @@ def write_replay(db: str | Path | None, run: str, path: Path) -> Report:
             drawn = pen.draw([ReplayRequest(ref, "asked for")])
         told = drawn_in(drawn, (report.exit_code, report.message))
         report = report.model_copy(update=told)
-        write_html(report, path)
+        write_html(report, path, is_of_run=True)
     return report
 
 

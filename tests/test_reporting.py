@@ -105,6 +105,8 @@ def test_one_run_has_a_page_of_its_own(mini: Executed, tmp_path: Path) -> None:
     page = (tmp_path / "replay.html").read_text("utf-8")
     assert run[:12] in page
     assert "asked for" in page
+    assert page.index('id="run"') < page.index('id="player"') < page.index('id="summary"')
+    assert f"run {run[:12]}</title>" in page
 
 
 @pytest.mark.slow

@@ -151,17 +151,12 @@ def binding_sentence(binding: Binding) -> str:
     'gap >= 2 m: gap is 1.20 m at 4.35 s, short by 0.80 m'
     """
     text = f"{binding.predicate}: "
-    if binding.value is None:
+    # What is true or false has no distance to what was asked for, and its note says which it is.
+    is_told = binding.value is None or bool(binding.difference is None and binding.note)
+    if is_told:
         text += binding.note or "no value"
     else:
-        value, limit = binding.value, binding.threshold
-        are_numbers = all(type(side) in {int, float} for side in (value, limit))
-        told = (
-            told_apart(float(value), float(limit or 0.0), binding.unit)
-            if are_numbers
-            else value_text(value, binding.unit)
-        )
-        text += f"{binding.signal} is {told}"
+        text += f"{binding.signal} is {_side_text(binding.value, binding.threshold, binding.unit)}"
     if binding.actor is not None:
         text += f" ({binding.actor})"
     if binding.time_s is not None:
@@ -169,9 +164,18 @@ def binding_sentence(binding: Binding) -> str:
     if binding.difference is not None:
         word = "short by" if binding.difference < 0.0 else "to spare:"
         text += f", {word} {quantity(abs(binding.difference), binding.unit)}"
-    if binding.value is not None and binding.note:
+    if binding.note and not is_told:
         text += f" ({binding.note})"
     return text
+
+
+def _side_text(value: float | str | None, limit: float | str | None, unit: str) -> str:
+    """Write the value of a predicate so that it is told from what it is compared with."""
+    if isinstance(value, bool | str) or isinstance(limit, bool | str) or None in (value, limit):
+        return value_text(value, unit)
+    assert value is not None
+    assert limit is not None
+    return told_apart(value, limit, unit)
 
 
 # --- Speeds, shares and ranges of a suite as people read them; rounding never flatters ------------

@@ -82,6 +82,24 @@ def test_predicate_without_a_value_says_why() -> None:
     assert words.binding_sentence(binding) == "ttc >= 1 s: no conflict, to spare: 9.00"
 
 
+def test_binding_of_what_is_true_or_false_is_told_in_words() -> None:
+    binding = Binding(predicate="contact", signal="contact", time_s=5.15, actor="cutter",
+                      value=1.0, threshold=1.0, note="contact is true")  # fmt: skip
+    wanted = "contact: contact is true (cutter) at 5.15 s"
+    assert words.binding_sentence(binding) == wanted
+
+
+def test_value_is_told_with_as_many_digits_as_tell_it_from_its_limit() -> None:
+    for value, limit, text in (
+        (1.49947, 1.5, "1.499 s"),
+        (1.4999992, 1.5, "1.499999 s"),
+        (-0.5, -0.5000004, "\N{MINUS SIGN}0.5 s"),
+        (1.2, 1.5, "1.20 s"),
+        (1.5, 1.5, "1.50 s"),
+    ):
+        assert words.told_apart(value, limit, "s") == text
+
+
 def test_truth_has_no_margin_to_speak_of() -> None:
     for value, text in ((True, ""), (3.0, "+1.00")):
         cell = Cell(

@@ -127,16 +127,12 @@ def _print_failing(item: Mapping[str, Any]) -> None:
     from adeye.report.words import binding_sentence
 
     reason = item.get("detail") or ""
-    if item.get("margin") is not None:
+    why = reason or "nothing says why"
+    if item.get("predicate") is not None:
         names = ("predicate", "time_s", "actor", "value", "threshold")
         told: dict[str, Any] = {name: item.get(name) for name in names}
         told |= {name: item.get(name) or "" for name in ("signal", "unit")}
-        why = binding_sentence(Binding(**told, difference=item["margin"], note=reason))
-    else:
-        # What is true or false has no distance to what was asked for.
-        actor = f" ({item['actor']})" if item.get("actor") is not None else ""
-        at = f" at {item['time_s']:.2f} s" if item.get("time_s") is not None else ""
-        why = f"{reason or item.get('predicate') or 'nothing says why'}{actor}{at}"
+        why = binding_sentence(Binding(**told, difference=item.get("margin"), note=reason))
     emit("")
     sign = verdict_cell(Verdict(item["verdict"])).plain
     emit_line(f"{sign} {item['fsr']}  {item.get('measure', '')}")

@@ -333,11 +333,12 @@ STYLES: Final = (
 )
 
 
-def render(report: Report, *, max_bytes: int = MAX_BYTES) -> str:
+def render(report: Report, *, max_bytes: int = MAX_BYTES, is_of_run: bool = False) -> str:
     """Write a report as one HTML page.
 
     Args:
         report: The report.
+        is_of_run: Whether the page is about its one replay, which then comes first.
         max_bytes: Size that the page keeps to by leaving out replays, the last first; the page
             lists what it left out with the commands that show it.
 
@@ -345,14 +346,14 @@ def render(report: Report, *, max_bytes: int = MAX_BYTES) -> str:
         The page, the same for the same report.
     """
     packed = [script_text(pack_replay(replay)) for replay in report.replays]
-    page = _fill(report, ())
+    page = _fill(report, (), is_of_run=is_of_run)
     room = max_bytes - len(page.encode())
     # Besides its own data, a replay has an entry in the list, with its texts.
     sizes = [len(text.encode()) + 4096 for text in packed]
     shown = len(packed)
     while shown > 0 and sum(sizes[:shown]) > room:
         shown -= 1
-    return _fill(report, tuple(packed[:shown]))
+    return _fill(report, tuple(packed[:shown]), is_of_run=is_of_run)
 
 
 def render_comparison(comparison: Comparison) -> str:
@@ -367,22 +368,26 @@ def render_comparison(comparison: Comparison) -> str:
     )
 
 
-def write_html(report: Report, path: Path, *, max_bytes: int = MAX_BYTES) -> None:
-    """Write the page to a file, whole or not at all.
+def write_html(
+    report: Report, path: Path, *, max_bytes: int = MAX_BYTES, is_of_run: bool = False
+) -> None:
+    """Write the page to a file, whole or not at all; see ``render``.
 
     Raises:
         PlatformError: The file system refused.
     """
-    write_atomically(render(report, max_bytes=max_bytes).encode(), path)
+    page = render(report, max_bytes=max_bytes, is_of_run=is_of_run)
+    write_atomically(page.encode(), path)
 
 
-def _fill(report: Report, packed: tuple[str, ...]) -> str:
+def _fill(report: Report, packed: tuple[str, ...], *, is_of_run: bool) -> str:
     script, style = assets()
     page = arrange(report)
     shown = report.replays[: len(packed)]
     return _filled(
         "page.html.j2",
         report=report,
+        is_of_run=is_of_run,
         page=page,
         views=suite_views(report.suites),
         kind_words=WORDS,

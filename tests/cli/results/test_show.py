@@ -106,7 +106,7 @@ def test_show_begins_with_what_failed_and_why(adeye: Any) -> None:
     lines = adeye("show", "abab").ok.out.splitlines()
     assert lines[1].split(maxsplit=1) == ["Outcome", "completed, ended by contact at 2.5 s"]
     at = lines.index("✕ FAIL FSR-01  always(not contact)")
-    assert lines[at + 1] == "  contact is true (cutter) at 2.50 s"
+    assert lines[at + 1] == "  contact: contact is true (cutter) at 2.50 s"
     assert lines[at + 3 : at + 5] == [
         "✕ FAIL FSR-02  always(ttc >= 1.5 s)",
         "  ttc >= 1.5 s: ttc is 1.499 s at 1.25 s, short by 0.00053 s",

@@ -1,6 +1,7 @@
 """Tables as sources of signals and formulas on them: what is read, judged and refused."""
 
 import importlib.util
+import json
 from decimal import Decimal
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ from adeye.judge.stl.batch import SATISFIED, VIOLATED, evaluate_columns
 from adeye.judge.stl.formula import parse_formula
 from adeye.judge.stl.series import Series
 from adeye.judge.stl.table import (
+    TRACE_TABLE,
     JudgedTable,
     Reading,
     Table,
@@ -500,3 +502,69 @@ def test_units_of_stamps_are_their_own() -> None:
         judge_table("always(sent > 0 s)", table_of(columns), Reading())
     columns = {"time": dates, "age": np.full(4, 100).astype("timedelta64[ms]")}
     assert judge_table("always(age <= 0.1 s)", table_of(columns), Reading()).verdict is Verdict.PASS
+
+
+# --- what a table tells of itself
+
+
+def verdict(table: Table, formula: str, **reading: Any) -> Verdict:
+    return judge_table(formula, table, Reading(**reading)).verdict
+
+
+def test_heading_tells_unit_and_words_and_options_go_before_it(write: Any) -> None:
+    rows = "0,1500,ok,false\n1,1700,ok,\n"
+    table = read_table(write(f"t [s],gap [mm],mode [ok|lost],on [false|true]\n{rows}"))
+    assert list(table.columns) == ["t", "gap", "mode", "on"]
+    assert verdict(table, "always(gap > 1.2 m)") is Verdict.PASS
+    assert verdict(table, "always(gap > 1.2 m)", units={"gap": "m"}) is Verdict.PASS
+    assert verdict(table, "always(gap > 1.2 km)", units={"gap": "m"}) is Verdict.PASS
+    # A word that does not occur is known, and so is a truth value.
+    assert verdict(table, "always(not (mode == lost))") is Verdict.PASS
+    assert verdict(table, "always(mode == ok or on)") is Verdict.ERROR
+    assert list(read_table(write("t,row [odd]\n0,1\n")).columns) == ["t", "row [odd]"]
+
+
+STATUS: dict[str, Any] = {
+    "time": EVEN,
+    "ttc": [3.0, None, None, 2.0],
+    "ttc.status": ["value", "no_conflict", "no_conflict", "value"],
+    "on": [True, True, True, None],
+    "on.status": ["value"] * 3 + ["not_applicable"],
+}
+
+
+def test_sample_that_is_none_says_why() -> None:
+    assert verdict(table_of(STATUS), "always(ttc > 1)") is Verdict.PASS
+    assert verdict(table_of(STATUS), "always(ttc > 2.5)") is Verdict.FAIL
+    assert verdict(table_of(STATUS), "always(on)") is Verdict.INCONCLUSIVE
+    assert verdict(table_of(STATUS), "always(on)", horizon="0.2 s") is Verdict.PASS
+    wrong = {**STATUS, "ttc.status": ["value", "error", "no_conflict", "value"]}
+    found = judge_table("always(ttc > 1)", table_of(wrong), Reading())
+    assert (found.verdict, found.judgement.detail) == (Verdict.ERROR, "row 2: ttc is empty")
+
+
+def test_empty_cell_stays_an_error_where_nothing_says_why() -> None:
+    for changed in (["value"] * 4, ["value", "gone", "gone", "value"]):
+        table = table_of({**STATUS, "ttc.status": changed})
+        assert verdict(table, "always(ttc > 1)") is Verdict.ERROR
+
+
+def test_archive_is_read_with_what_it_tells(tmp_path: Path) -> None:
+    told = {"schema": TRACE_TABLE, "units": {"gap": "km"}, "horizon": "0.1 s", "words": 5}
+    arrays: dict[str, Any] = {"time": np.array(EVEN), "gap": np.array([3.0, 3.0, 1.0, 1.0])}
+    path = tmp_path / "run.npz"
+    np.savez(path, **arrays, about=np.array(json.dumps(told)))
+    assert verdict(read_table(path), "always(gap > 2 km)") is Verdict.PASS
+    assert verdict(read_table(path), "always(gap > 2 km)", horizon="0.3 s") is Verdict.FAIL
+    np.savez(path, **arrays, about=np.array("no JSON"))
+    refused(InputError, read_table, path, says="unequal lengths")
+
+
+def test_archive_that_is_packed_or_none_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "run.npz"
+    np.savez_compressed(path, time=np.zeros(10_000))
+    refused(InputError, read_table, path, says="is packed")
+    path.write_bytes(b"PK")
+    refused(InputError, read_table, path, says="no archive of arrays")
+    np.savez(path, time=np.array([None, 1.0], dtype=object))
+    refused(InputError, read_table, path, says="no archive of arrays")
