@@ -28,6 +28,8 @@ from adeye.cli.plan import coverage, dependencies, plan, signals
 from adeye.cli.preventability import preventability, reference
 from adeye.cli.progress import leave_if_abandoned, raising_on_sigterm
 from adeye.cli.query import export, query, stl
+from adeye.cli.results.diff import diff
+from adeye.cli.results.where import where
 from adeye.cli.run import judge, report, run, warmup
 from adeye.cli.scenario import scenario_app
 from adeye.cli.sensors import sensors
@@ -100,7 +102,10 @@ for panel, verbs in (
     (CAMPAIGN, (reference, check)),
     (RESULTS, (show, replay, timeline, faults, fork, forks)),
     (CAMPAIGN, (uncertainty,)),
-    (RESULTS, (preventability, query, stl, compare, confidence, report, matrix, export)),
+    (
+        RESULTS,
+        (preventability, query, where, diff, stl, compare, confidence, report, matrix, export),
+    ),
     (WRITE, (init,)),
     (KEEP, (plugins, warmup, selftest, certify, doctor)),
 ):
