@@ -71,15 +71,17 @@ def _inside(box: Mapping[int, Bools], codes: Ints) -> Bools:
     return found
 
 
-def separate(codes: Ints, weights: Ints, scales: Sequence[Scale]) -> Box:
+def separate(codes: Ints, fails: Ints, passes: Ints, scales: Sequence[Scale]) -> Box:
     """Find the box with the fewest test cases on the wrong side, then the fewest comparisons.
 
     Args:
-        codes: (N, A) level on each axis.
-        weights: (N,) 1 of a failure, -1 of a pass, 0 of what says neither.
+        codes: (N, A) level on each axis, of a test case or of several.
+        fails: (N,) how many fail there.
+        passes: (N,) how many pass there.
         scales: The axes.
     """
-    best, least = Box({}, is_inverse=False, is_exact=True), int((weights < 0).sum()) * _WEIGHT
+    best, least = Box({}, is_inverse=False, is_exact=True), int(passes.sum()) * _WEIGHT
+    cells = _Cells(codes, fails, passes, scales), _Cells(codes, passes, fails, scales)
     is_exact = True
     for size in range(1, min(MOST_AXES, len(scales)) + 1):
         # One comparison an axis is the least.
@@ -89,41 +91,74 @@ def separate(codes: Ints, weights: Ints, scales: Sequence[Scale]) -> Box:
             for is_inverse in (False, True):
                 if is_inverse and not all(scales[axis].is_condition for axis in axes):
                     continue
-                sign = -1 if is_inverse else 1
-                box, cost, is_whole = _best(codes, sign * weights, axes, scales)
+                box, cost, is_whole = cells[is_inverse].best(axes)
                 is_exact &= is_whole
                 if cost + is_inverse < least:
                     best, least = Box(box, is_inverse, is_whole), cost + is_inverse
     return Box(best.chosen, best.is_inverse, is_exact)
 
 
-def _best(
-    codes: Ints, weights: Ints, axes: Sequence[int], scales: Sequence[Scale]
-) -> tuple[dict[int, Bools], int, bool]:
-    """Find the best box over all of some axes; give it, its cost, and whether that is exact."""
-    most = _CLASSES[len(axes)]
-    classes = [_classes(scales[axis], most) for axis in axes]
-    shape = tuple(int(item.max()) + 1 for item in classes)
-    flat = np.ravel_multi_index(
-        tuple(item[codes[:, axis]] for axis, item in zip(axes, classes, strict=True)), shape
-    )
-    counts: Any = np.bincount(flat, weights.astype(float), minlength=int(np.prod(shape)))
-    sums: Any = counts.reshape(shape)
-    options = [
-        _options(replace(scales[axis], levels=size)) for axis, size in zip(axes, shape, strict=True)
-    ]
-    for masks, _ in options:
-        # The first axis becomes the last one, so that after all of them their order is as it was.
-        sums = np.tensordot(sums, masks, axes=(0, 1))
-    score = sums * _WEIGHT
-    for place, (_, costs) in enumerate(options):
-        score -= costs.reshape([-1 if at == place else 1 for at in range(len(axes))])
-    chosen = np.unravel_index(int(score.argmax()), score.shape)
-    box = {axis: (options[at][0][chosen[at]] > 0)[classes[at]] for at, axis in enumerate(axes)}
-    is_whole = all(scales[axis].levels == size for axis, size in zip(axes, shape, strict=True))
-    if not is_whole:
-        _refine(box, codes, weights, scales)
-    return box, _cost(box, codes, weights, scales), is_whole
+@dataclass(frozen=True, slots=True)
+class _Cells:
+    """What a box shall hold, and what not, by cells of the axes."""
+
+    codes: Ints
+    wanted: Ints
+    others: Ints
+    scales: Sequence[Scale]
+
+    def best(self, axes: Sequence[int]) -> tuple[dict[int, Bools], int, bool]:
+        """Find the best box over some axes; give it, its cost, and whether that is exact."""
+        scales = [self.scales[axis] for axis in axes]
+        classes = [_classes(scale, _CLASSES[len(axes)]) for scale in scales]
+        shape = tuple(int(item.max()) + 1 for item in classes)
+        flat = np.ravel_multi_index(
+            tuple(item[self.codes[:, axis]] for axis, item in zip(axes, classes, strict=True)),
+            shape,
+        )
+        gain = (self.wanted - self.others).astype(float)
+        sums: Any = np.bincount(flat, gain, minlength=int(np.prod(shape))).reshape(shape)
+        options = [
+            _options(replace(scale, levels=size)) for scale, size in zip(scales, shape, strict=True)
+        ]
+        for masks, _ in options:
+            # The first axis becomes the last one, so that at the end their order is as it was.
+            sums = np.tensordot(sums, masks, axes=(0, 1))
+        score = sums * _WEIGHT
+        for place, (_, costs) in enumerate(options):
+            score -= costs.reshape([-1 if at == place else 1 for at in range(len(axes))])
+        chosen = np.unravel_index(int(score.argmax()), score.shape)
+        box = {axis: (options[at][0][chosen[at]] > 0)[classes[at]] for at, axis in enumerate(axes)}
+        is_whole = all(
+            scale.levels == size and (scale.is_ordered or size <= _MOST_SETS)
+            for scale, size in zip(scales, shape, strict=True)
+        )
+        if not is_whole:
+            self._refine(box)
+        return box, self._cost(box), is_whole
+
+    def _cost(self, box: Mapping[int, Bools]) -> int:
+        inside = _inside(box, self.codes)
+        wrong = int(self.wanted[~inside].sum() + self.others[inside].sum())
+        return wrong * _WEIGHT + sum(
+            _comparisons(levels, is_ordered=self.scales[axis].is_ordered)
+            for axis, levels in box.items()
+        )
+
+    def _refine(self, box: dict[int, Bools]) -> None:
+        """Choose the levels of one axis after the other as is best, until none moves."""
+        cost, is_moving = self._cost(box), True
+        while is_moving:
+            is_moving = False
+            for axis in list(box):
+                rows = _inside({at: box[at] for at in box if at != axis}, self.codes)
+                gain = (self.wanted[rows] - self.others[rows]).astype(float)
+                scale = self.scales[axis]
+                sums: Any = np.bincount(self.codes[rows, axis], gain, scale.levels)
+                found = _interval(sums) if scale.is_ordered else sums > 0
+                less = self._cost({**box, axis: found})
+                if less < cost:
+                    box[axis], cost, is_moving = found, less, True
 
 
 def _classes(scale: Scale, most: int) -> Ints:
@@ -169,31 +204,6 @@ def _comparisons(mask: Bools, *, is_ordered: bool) -> int:
     if not is_ordered or (mask.sum() == 1 and len(mask) <= LISTED):
         return 1
     return int(not mask[0]) + int(not mask[-1])
-
-
-def _cost(box: Mapping[int, Bools], codes: Ints, weights: Ints, scales: Sequence[Scale]) -> int:
-    inside = _inside(box, codes)
-    wrong = int((weights[~inside] > 0).sum() + (weights[inside] < 0).sum())
-    return wrong * _WEIGHT + sum(
-        _comparisons(levels, is_ordered=scales[axis].is_ordered) for axis, levels in box.items()
-    )
-
-
-def _refine(box: dict[int, Bools], codes: Ints, weights: Ints, scales: Sequence[Scale]) -> None:
-    """Move the ends of one axis after the other to where they are best, until none moves."""
-    is_moving = True
-    while is_moving:
-        is_moving = False
-        for axis in [axis for axis in box if scales[axis].is_ordered]:
-            others = _inside({at: box[at] for at in box if at != axis}, codes)
-            sums: Any = np.bincount(
-                codes[others, axis], weights[others].astype(float), scales[axis].levels
-            )
-            found = _interval(sums)
-            now = _cost(box, codes, weights, scales)
-            if _cost({**box, axis: found}, codes, weights, scales) < now:
-                box[axis] = found
-                is_moving = True
 
 
 def _interval(sums: Floats) -> Bools:

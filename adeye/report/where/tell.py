@@ -169,14 +169,13 @@ class Cases:
         scenario, architecture = compared.scenario[rows[0]], compared.architecture[rows[0]]
         own = compared.place.codes[rows]
         names = list(points[own[0]])
-        columns = [Labels.of([points[code][name] for code in own.tolist()]) for name in names]
+        columns = [_used(Labels.of([point.get(name) for point in points]), own) for name in names]
         words = [
             Words.of(name, values.words, _written(odd, scenario, name))
             for name, values in zip(names, columns, strict=True)
         ]
-        faults = Labels.of([compared.fault_entry[row] for row in rows.tolist()])
-        columns.append(faults)
-        words.append(Words(FAULT, tuple(sorted(faults.words))))
+        columns.append(_used(compared.fault_entry, rows))
+        words.append(Words(FAULT, tuple(sorted(columns[-1].words))))
         is_varied = [len(item.values) > 1 for item in words]
         measured = set(compared.measured[rows, column].tolist()) - {-1}
         is_plain = len(measured) < 2
@@ -255,12 +254,19 @@ class Cases:
         scales = [
             Scale(len(item.values), item.is_ordered, item.name != FAULT) for item in self.words
         ]
+        cell = number_rows(*self.codes.T, np.zeros(len(self.codes), dtype=np.int64))
+        _, first = np.unique(cell, return_index=True)
         open_: Bools = np.ones(len(self.verdict), dtype=np.bool_)
         for number in range(MOST_BOXES):
-            weights = np.where(open_, self.failed.astype(np.int64) - self.passed, 0)
-            box = separate(self.codes, weights, scales)
+            fails, passes = (
+                np.bincount(cell[of & open_], minlength=len(first))
+                for of in (self.failed, self.passed)
+            )
+            box = separate(self.codes[first], fails, passes, scales)
             inside = box.holds(self.codes)
-            gained = int(weights[inside].sum())
+            gained = int(
+                (open_ & inside & self.failed).sum() - (open_ & inside & self.passed).sum()
+            )
             if number and (box.is_inverse or not box.chosen or gained <= 0):
                 return
             where, faults = self._conditions(box)
@@ -366,6 +372,12 @@ class Cases:
             at = tuple(names[place][code] for place, code in enumerate(codes))
             found.append(records.Level(at=at, tally=self._tally(mask), margin=margin, run=run))
         return tuple(found)
+
+
+def _used(column: Labels, places: Ints) -> Labels:
+    """Keep some places (M,) of a column, and the words that they have."""
+    codes, found = np.unique(column.codes[places], return_inverse=True)
+    return Labels(found.astype(np.int64), tuple(column.words[code] for code in codes.tolist()))
 
 
 def _ranked(values: Labels, words: Words) -> Ints:

@@ -13,7 +13,7 @@ SCALES = (Scale(4, is_ordered=True), Scale(3, is_ordered=True), Scale(3, is_orde
 
 
 def found(fails: Bools, scales: tuple[Scale, ...] = SCALES, codes: Ints = GRID) -> Box:
-    return separate(codes, np.where(fails, 1, -1), scales)
+    return separate(codes, fails.astype(int), (~fails).astype(int), scales)
 
 
 def wrong(box: Box, fails: Bools, codes: Ints = GRID) -> int:
@@ -63,11 +63,18 @@ def test_failures_around_a_box_are_outside_of_it() -> None:
 
 
 def test_what_is_neither_counts_on_no_side() -> None:
-    weights = np.where(GRID[:, 0] == 0, 1, np.where(GRID[:, 0] == 1, 0, -1))
-    box = separate(GRID, weights, SCALES)
+    box = separate(GRID, (GRID[:, 0] == 0).astype(int), (GRID[:, 0] >= 2).astype(int), SCALES)
     assert box.holds(GRID)[GRID[:, 0] == 0].all()
     assert not box.holds(GRID)[GRID[:, 0] >= 2].any()
     assert len(box.chosen) == 1
+
+
+def test_many_names_are_held_by_a_set_of_them() -> None:
+    codes = np.array(list(itertools.product(range(10), range(4))))
+    fails = (codes[:, 0] % 3 == 0) & (codes[:, 1] >= 2)
+    box = found(fails, (Scale(10, is_ordered=False), Scale(4, is_ordered=True)), codes)
+    assert wrong(box, fails, codes) == 0
+    assert not box.is_exact
 
 
 def test_ends_between_many_values_are_found_where_they_are() -> None:
