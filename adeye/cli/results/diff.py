@@ -26,15 +26,16 @@ if TYPE_CHECKING:
     )
     from adeye.report.model.part import Margin
 
-_Name = Annotated[str | None, typer.Argument(autocompletion=opt.complete_campaigns)]
+_Old = Annotated[str | None, typer.Argument(metavar="[OLD]", autocompletion=opt.complete_campaigns)]
+_New = Annotated[str | None, typer.Argument(metavar="[NEW]", autocompletion=opt.complete_campaigns)]
 _MOST_ROWS: Final = 50
 """Rows of one table; all of them are in the JSON document."""
 _MOST_TEXT: Final = 200
 
 
 def diff(
-    old: _Name = None,
-    new: _Name = None,
+    old: _Old = None,
+    new: _New = None,
     *,
     markdown: bool = False,
     db: opt.Db = None,
@@ -187,7 +188,9 @@ def _cases(changes: Sequence[CaseChange]) -> _Section:
         [item.kind, counted(count), item.case.text, ", ".join(item.why)]
         for item, count in grouped(changes)
     ]
-    return _Section("Test cases", ("", "Count", "The first", "What of them"), rows, ("Count",))
+    return _Section(
+        "Test cases", ("Change", "Count", "The first", "What of them"), rows, ("Count",)
+    )
 
 
 def _flips(flips: Sequence[Flip]) -> _Section:

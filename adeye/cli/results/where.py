@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
@@ -107,7 +108,8 @@ def _print_site(site: Site, *, has_tables: bool) -> None:
             out.emit("  and of the rest:")
         _print_separation(found)
     for axis in site.axes:
-        out.emit_line(f"  {axis.name}, {axis.lowest} to {axis.highest}: {axis_text(axis)}")
+        values = f"{axis.lowest} to {axis.highest}" if axis.is_ordered else f"{axis.values} values"
+        out.emit_line(f"  {axis.name}, {values}: {axis_text(axis)}")
     if has_tables:
         for axis in site.axes:
             if axis.changing or not axis.lines:
@@ -142,7 +144,7 @@ def _print_separation(found: Separation) -> None:
     if not found.is_exact:
         out.emit("  Neighbouring values were taken together first, so a smaller one may exist.")
     if found.keyword:
-        out.emit_line(f"  -k '{found.keyword}'")
+        out.emit_line(f"  -k {shlex.quote(found.keyword)}")
 
 
 def _neither(tally: Tally) -> str:

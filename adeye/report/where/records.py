@@ -35,6 +35,7 @@ class AxisTold(Part):
     """What one axis has to do with failing, all others being equal."""
 
     name: Id
+    is_ordered: bool
     values: Count
     lowest: str
     highest: str

@@ -319,6 +319,7 @@ class Cases:
             trend = "upwards" if rising else "downwards"
         return records.AxisTold(
             name=words.name,
+            is_ordered=words.is_ordered,
             values=len(words.values),
             lowest=words.value(0),
             highest=words.value(len(words.values) - 1),

@@ -16,6 +16,8 @@ from adeye.units import UNITS, Dimension, Unit, si_unit
 
 FAULT: Final = "fault"
 """Name of the axis that the fault list is; a swept value may not have it."""
+LONGEST: Final = 1_000
+"""Characters that ``adeye run -k`` takes."""
 _CLOSE: Final = 1e-9
 _FEW: Final = 6
 """Digits that people read at a glance."""
@@ -156,7 +158,7 @@ def _unit_of(written: Any) -> str:
 
 
 def keyword(scenario: str, architecture: str, chosen: Sequence[tuple[Words, Bools]]) -> str:
-    """Write test cases as ``adeye run -k`` takes them: every value by its name; empty if too long.
+    """Write test cases as ``adeye run -k`` takes them, each value by name; else nothing.
 
     Args:
         scenario: Id.
@@ -165,10 +167,11 @@ def keyword(scenario: str, architecture: str, chosen: Sequence[tuple[Words, Bool
     """
     parts = [f"scenario={scenario}", f"architecture={architecture}"]
     for words, levels in chosen:
-        if not words.is_listed:
+        if not words.is_listed or any('"' in words.value(at) for at in range(len(words.values))):
             return ""
         found = [
             f'"{words.name}={words.value(place)}"' for place in np.flatnonzero(levels).tolist()
         ]
         parts.append(found[0] if len(found) == 1 else f"({' or '.join(found)})")
-    return " and ".join(parts)
+    text = " and ".join(parts)
+    return text if len(text) <= LONGEST else ""

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from adeye.report.where.words import Words
+from adeye.campaign.selection import MAX_LENGTH, Keyword
+from adeye.report.where.words import LONGEST, Words, keyword
 from adeye.spec.expression import parse
 from adeye.sweep.axes import quantity_or_text
 
@@ -43,3 +44,15 @@ def test_condition_on_drawn_values_holds_exactly_where_it_is_said_to(unit: str) 
         assert parse(text).evaluate({"gap": np.array(words.values)}).tolist() == levels.tolist()
         # Nobody reads seventeen digits.
         assert len(text) < 60
+
+
+def test_what_k_does_not_take_is_not_said() -> None:
+    assert LONGEST == MAX_LENGTH
+    few = Words.of("gap", (1.0, 2.0), "1 m")
+    both = np.array([True, True])
+    assert Keyword.parse(keyword("a", "b", [(few, both)])).text.endswith('"gap=2 m")')
+    drawn, quoted = Words.of("gap", DRAWN, "1 m"), Words.of("light", ('a"b', "c"), "c")
+    long = Words.of("light", tuple(f"{number}" * 200 for number in range(9)), "c")
+    for words in (drawn, quoted, long):
+        levels = np.ones(len(words.values), dtype=np.bool_)
+        assert keyword("a", "b", [(words, levels)]) == ""
