@@ -28,25 +28,28 @@ from adeye.report.formats.traces import TraceTable, chosen_signals, trace_table
 from adeye.report.gate.baseline import deciding, read_baseline
 from adeye.report.gate.changes import Tolerances
 from adeye.report.gate.decide import GateResult, judge_campaign, update_baseline
+from adeye.report.gate.difference import Difference, find_difference
 from adeye.report.model.evidence import Change, Impact, StaleEvidence, StaleFiles
 from adeye.report.model.part import Label
 from adeye.report.page.drive import plots_of, replay_of
 from adeye.report.page.html import render_comparison, write_html
 from adeye.report.page.replay import Replay, Undrawn
 from adeye.report.verification import replay_events, run_verdicts
+from adeye.report.where.tell import tell_where
 from adeye.spec.load import odd_of
 from adeye.store.location import option
 from adeye.store.repository import Repository
 from adeye.sweep.axes import named_values
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Collection, Mapping, Sequence
     from contextlib import AbstractContextManager
 
     from adeye.exchange.view import Level
     from adeye.report.claims import ClaimOptions, Claims
     from adeye.report.comparison.records import CompareOptions, Comparison
     from adeye.report.model.report import Report
+    from adeye.report.where.records import Where
     from adeye.store.records import CampaignInfo, VerdictRecord
 
     Write = Callable[[Execution, Path], object]
@@ -289,6 +292,58 @@ def compare_campaign(
         if html is not None:
             write_atomically(render_comparison(comparison).encode(), html)
     return comparison
+
+
+def where_in(
+    db: str | Path | None,
+    name: str | None,
+    fsr: str,
+    *,
+    by: Sequence[str] = (),
+    architectures: Collection[str] = (),
+) -> Where:
+    """Tell where among the swept values of a campaign an FSR fails.
+
+    Args:
+        db: Database, by default ``.adeye/adeye.db``.
+        name: An ODD's file or id, or a campaign by number or digest; default: the newest.
+        fsr: Id of the FSR.
+        by: At most two axes to count by.
+        architectures: Those to look at; none: all.
+
+    Raises:
+        InputError: There is no such campaign, FSR, architecture or axis.
+        IntegrityError: Results are not as they were written.
+    """
+    with Repository.open(db, create=False) as repository:
+        campaign = summary.find_called(repository, name)
+        repository.require_sound(campaign.id)
+        return tell_where(repository, campaign, fsr, by=by, architectures=architectures)
+
+
+def diff_campaigns(db: str | Path | None, old: str | None, new: str | None) -> Difference:
+    """Tell what changed from one campaign to another; nothing is executed.
+
+    Args:
+        db: Database, by default ``.adeye/adeye.db``.
+        old: An ODD's id, a campaign by number or digest, ``latest``, or ``@{-n}``, which is the
+            n-th one before the latest of its ODD; default: the one before ``new`` of its ODD.
+        new: The same; default: the newest.
+
+    Raises:
+        InputError: There is no such campaign.
+        IntegrityError: Results are not as they were written.
+    """
+    with Repository.open(db, create=False) as repository:
+        after = summary.find_relative(repository, new)
+        before = (
+            summary.before(repository, after, 1)
+            if old is None
+            else summary.find_relative(repository, old)
+        )
+        for campaign in (before, after):
+            repository.require_sound(campaign.id)
+        return find_difference(repository, before, after)
 
 
 def claim(db: str | Path | None, name: str | None, options: ClaimOptions) -> Claims:

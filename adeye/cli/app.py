@@ -25,11 +25,13 @@ from adeye.cli.plan import coverage, dependencies, plan, signals
 from adeye.cli.progress import leave_if_abandoned, raising_on_sigterm
 from adeye.cli.results.compare import compare, matrix
 from adeye.cli.results.confidence import confidence, uncertainty
+from adeye.cli.results.diff import diff
 from adeye.cli.results.faults import faults, fork, forks, timeline
 from adeye.cli.results.preventability import preventability, reference
 from adeye.cli.results.query import export, query, stl
 from adeye.cli.results.show import replay, show
 from adeye.cli.results.trace import plot, trace
+from adeye.cli.results.where import where
 from adeye.cli.run import judge, report, run, warmup
 from adeye.cli.scenario import scenario_app
 from adeye.cli.sensors import sensors
@@ -101,7 +103,10 @@ for panel, verbs in (
     (CAMPAIGN, (reference, check)),
     (RESULTS, (show, trace, plot, replay, timeline, faults, fork, forks)),
     (CAMPAIGN, (uncertainty,)),
-    (RESULTS, (preventability, query, stl, compare, confidence, report, matrix, export)),
+    (
+        RESULTS,
+        (preventability, query, where, diff, stl, compare, confidence, report, matrix, export),
+    ),
     (WRITE, (init,)),
     (KEEP, (plugins, warmup, selftest, certify, doctor)),
 ):

@@ -26,7 +26,7 @@ from adeye.store.evidence import ledger_check, verification
 from adeye.store.evidence.roots import Evidence
 from adeye.store.location import Location, Place, locate
 from adeye.store.read import campaigns as stored
-from adeye.store.read.bulk import read_compared, read_figures
+from adeye.store.read.bulk import read_compared, read_figures, read_made
 from adeye.store.read.checking import injected_faults, unbegun_events
 from adeye.store.read.rejudging import Again
 from adeye.store.records import DatabaseInfo, Finding
@@ -139,6 +139,7 @@ class Repository(Door):
 
     campaigns = reading(stored.campaigns)
     latest_campaign = reading(stored.latest_campaign)
+    latest_ids = reading(stored.latest_ids)
     find_campaign = reading(stored.find_campaign)
     progress = reading(stored.progress)
     fsr_status = reading(stored.fsr_status)
@@ -155,6 +156,7 @@ class Repository(Door):
     results = reading(stored.results)
     figures = reading(read_figures)
     compared = reading(read_compared)
+    made = reading(read_made)
     worst_runs = reading(stored.worst_runs)
     worst_run = reading(stored.worst_run)
 

@@ -8,7 +8,7 @@ import pytest
 from pydantic import ValidationError
 
 from adeye.spec.document import load_document
-from adeye.spec.odd import CoverageBins, Distribution, Odd, Steps, Sweep
+from adeye.spec.odd import CoverageBins, Distribution, Gate, Odd, Steps, Sweep
 from adeye.spec.quantity import SI
 from tests.motorway import fault
 from tests.refusals import refused
@@ -91,6 +91,24 @@ def test_every_wrong_name_is_listed() -> None:
 @pytest.mark.parametrize(("changes", "place"), TABLES["impossible value is refused"])
 def test_impossible_value_is_refused(changes: dict[str, Any], place: list[str]) -> None:
     assert {loc[: len(place)] for loc in places(small(**changes))} == {tuple(place)}
+
+
+def test_gate_tolerates_losses_in_si_units() -> None:
+    gate = {"architectures": ["one"], "tolerance": {"m": 0.05, "m/s^2": 0, "1": 0.001}}
+    read = Odd.model_validate(small(gate=gate)).gate
+    assert read is not None
+    assert read.tolerance == gate["tolerance"]
+    # What came later is no part of the identity of who does not use it.
+    bare = Gate(architectures=("one",))
+    assert "tolerance" not in bare.model_dump()
+    for unit, size, said in (
+        ("km", 1.0, "'km' is no SI unit of a margin"),
+        ("metre", 1.0, "Allowed: m, s"),
+        ("m", -1.0, "greater than or equal to 0"),
+        ("m", 2000.0, "less than or equal to 1000"),
+    ):
+        content = {"architectures": ["one"], "tolerance": {unit: size}}
+        refused(ValidationError, Gate.model_validate, content, says=said)
 
 
 def test_greatest_seed_fits_a_signed_column() -> None:

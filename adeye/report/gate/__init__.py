@@ -1,4 +1,4 @@
-"""The gate against a baseline: snapshot, what changed, what it decides.
+"""The gate against a baseline, what it decides, and what changed between two campaigns.
 
 Nothing is executed here. Begin with ``decide``.
 """

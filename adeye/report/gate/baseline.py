@@ -214,6 +214,8 @@ class Baseline(Part):
     """Reference drivers whose contacts do not block; not written where the gate names none."""
     uncertainty: Count = 0
     """Situations by which margins are judged with what the step is worth; not written if none."""
+    tolerance: dict[str, float] = Field(default_factory=dict)
+    """Loss of margin that the gate tolerates, by unit; not written where it names none."""
     exit_code: ExitCode
     """Of the campaign; a baseline may hold failures that are known."""
     planned: Count
@@ -240,7 +242,7 @@ class Baseline(Part):
                 yield f"{kept} of {self.planned} test cases are listed"
 
 
-_UNWRITTEN: Final = ("channel_failures", "preventable_by", "uncertainty")
+_UNWRITTEN: Final = ("channel_failures", "preventable_by", "uncertainty", "tolerance")
 """Fields that are only written where they are not the default."""
 
 
@@ -253,7 +255,8 @@ def baseline_text(baseline: Baseline) -> str:
     document = baseline.model_dump(mode="json", exclude_defaults=False)
     document["exit_code"] = int(baseline.exit_code)
     for name in _UNWRITTEN:
-        if getattr(baseline, name) == Baseline.model_fields[name].default:
+        field = Baseline.model_fields[name]
+        if getattr(baseline, name) == field.get_default(call_default_factory=True):
             del document[name]
     head = {"schema": SCHEMA, **document, "digest": digest(document)}
     return "{\n" + ",\n".join(f' "{name}": {text}' for name, text in _members(head)) + "\n}\n"

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
@@ -24,14 +24,13 @@ from adeye.report.gate.baseline import Baseline, BaselineCase, BaselineCell, Fin
 from adeye.report.words import counted, quantity, unit_text
 from adeye.signals import Floats
 from adeye.spec.concept import rank
+from adeye.spec.odd import MOST_TOLERANCE, TOLERANCES
 from adeye.units import shown
 
 # --- Losses of margin against a baseline: how large, in how many pairs, and whether they count ----
 
 NUMERIC: Final = 1e-6
 """Tolerance that always applies, relative and in the unit of the margin: a baseline is rounded."""
-MOST_TOLERANCE: Final = 1_000.0
-"""Largest loss of margin that somebody may mean, in any unit. Our choice."""
 _VACUOUS: Final = "V"
 """Letter of a verdict whose margin says nothing."""
 CONFIDENCE: Final = 0.95
@@ -61,10 +60,12 @@ class Tolerances:
         sizes: Size by id of an FSR, or by unit for all others, as a margin has it.
         steps: Numeric uncertainty of the margin by FSR, architecture and scenario, and by unit:
             what the step is worth is no loss.
+        usual: Size by unit where none is given, see ``of_odd``.
     """
 
     sizes: Mapping[str, float] = field(default_factory=dict)
     steps: Mapping[tuple[str, str, str], Mapping[str, float]] = field(default_factory=dict)
+    usual: Mapping[str, float] = field(default_factory=dict)
 
     @classmethod
     def given(cls, sizes: Mapping[str, float]) -> Tolerances:
@@ -73,7 +74,11 @@ class Tolerances:
         >>> Tolerances.given({"m/s^2": 0.1}).sizes
         {'m/s²': 0.1}
         """
-        return cls({unit_text(name) or name: size for name, size in sizes.items()})
+        return cls(_by_text(sizes))
+
+    def of_gate(self, sizes: Mapping[str, float]) -> Tolerances:
+        """Fall back on what the gate of an ODD tolerates by unit, then on what is usual for it."""
+        return replace(self, usual={**_by_text(TOLERANCES), **_by_text(sizes)})
 
     def of(self, place: tuple[str, str, str], unit: str, value: float) -> float:
         """Return the loss that does not count, at least what rounding and the step make.
@@ -88,7 +93,8 @@ class Tolerances:
     def without_step(self, fsr: str, unit: str, value: float) -> float:
         """Return the loss that does not count if the step were worth nothing."""
         numeric = NUMERIC * max(1.0, abs(value))
-        return max(numeric, self.sizes.get(fsr, self.sizes.get(unit, 0.0)))
+        usual = self.usual.get(unit_text(unit) or unit, 0.0)
+        return max(numeric, self.sizes.get(fsr, self.sizes.get(unit, usual)))
 
     def step(self, place: tuple[str, str, str], unit: str) -> float:
         """Return what the step is worth in a margin, 0 where that is not known."""
@@ -111,6 +117,10 @@ class Tolerances:
                     f"--tolerance {name!r} is neither an FSR nor a unit of a margin",
                     remedy=f"There are: {', '.join([*sorted(set(fsrs)), *sorted(set(units))])}.",
                 )
+
+
+def _by_text(sizes: Mapping[str, float]) -> dict[str, float]:
+    return {unit_text(name) or name: size for name, size in sizes.items()}
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,8 +175,8 @@ def compare_pairs(
         place: Architecture and scenario.
 
     Returns:
-        None if no pair lost more than was given as tolerance; a loss that is no regression if the
-        step is worth more than every pair lost.
+        None if no pair lost anything but rounding, or more than was asked for by name; a loss that
+        is no regression if none lost more than is usually tolerated, or than the step is worth.
     """
     measure = then[1].measure
     is_plain = measure is not None and measure == now[1].measure
@@ -181,13 +191,13 @@ def compare_pairs(
         if is_judged and before is not None and after is not None:
             pairs.append((key, before, after))
     at = (then[1].fsr, *place)
+    what = "margin" if is_plain else "margin divided by its scale"
     lost = [
         item for item in pairs if item[1] - item[2] > tolerances.without_step(at[0], unit, item[1])
     ]
     if not lost:
-        return None
+        return _tolerated(pairs, tolerances, at, (what, unit))
     lost.sort(key=lambda item: (item[2] - item[1], item[0]))
-    what = "margin" if is_plain else "margin divided by its scale"
     worst_before, worst_after = min(item[1] for item in pairs), min(item[2] for item in pairs)
     text = (
         f"{what} lost in {counted(len(lost))} of {counted(len(pairs))} pairs, most "
@@ -204,6 +214,29 @@ def compare_pairs(
         return Loss(text, is_regression=True, keys=worst)
     tolerance = tolerances.of(at, unit, worst_before)
     return _tested(pairs, points, tolerance, (text, unit, place[1]), worst)
+
+
+def _tolerated(
+    pairs: Sequence[tuple[str, float, float]],
+    tolerances: Tolerances,
+    at: tuple[str, str, str],
+    said: tuple[str, str],
+) -> Loss | None:
+    """Say what was lost without counting, unless somebody named that size for this gate."""
+    what, unit = said
+    unasked = Tolerances(tolerances.sizes)
+    lost = [
+        item for item in pairs if item[1] - item[2] > unasked.without_step(at[0], unit, item[1])
+    ]
+    if not lost:
+        return None
+    lost.sort(key=lambda item: (item[2] - item[1], item[0]))
+    text = (
+        f"{what} lost in {counted(len(lost))} of {counted(len(pairs))} pairs, most "
+        f"{_signed(lost[0][2] - lost[0][1], unit)}, which is tolerated: up to "
+        f"{quantity(tolerances.without_step(at[0], unit, 0.0), unit)}"
+    )
+    return Loss(text, is_regression=False, keys=tuple(item[0] for item in lost))
 
 
 def _tested(
@@ -329,6 +362,7 @@ def _relaxed(then: Baseline, now: Baseline) -> Iterator[Finding]:
     if now.uncertainty < then.uncertainty:
         text = f"what the step is worth is told by {now.uncertainty} situations, {then.uncertainty}"
         yield Finding(Kind.RELAXED, f"{text} before")
+    yield from _tolerating(then, now)
     for fsr, was in then.fsrs.items():
         has = now.fsrs.get(fsr)
         if has is None:
@@ -343,6 +377,16 @@ def _relaxed(then: Baseline, now: Baseline) -> Iterator[Finding]:
         }
         for text in (text for text, is_less in less.items() if is_less):
             yield Finding(Kind.RELAXED, text, was.mandatory, fsr)
+
+
+def _tolerating(then: Baseline, now: Baseline) -> Iterator[Finding]:
+    """Name the units of which a larger loss is tolerated than it was."""
+    for unit in sorted({*then.tolerance, *now.tolerance}):
+        usual = TOLERANCES.get(unit, 0.0)
+        former, size = then.tolerance.get(unit, usual), now.tolerance.get(unit, usual)
+        if size > former:
+            text = f"a loss of {quantity(size, unit)} is tolerated, of {quantity(former, unit)}"
+            yield Finding(Kind.RELAXED, f"{text} before")
 
 
 def _notes(then: Baseline, now: Baseline) -> Iterator[Finding]:

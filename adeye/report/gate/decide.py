@@ -95,6 +95,7 @@ def take_down(
         channel_failures=totals.channel_policy(repository, campaign),
         preventable_by=tuple(sorted(totals.preventable_by(repository, campaign))),
         uncertainty=(odd["odd"].get("uncertainty") or {"situations": 0})["situations"],
+        tolerance=totals.tolerance(repository, campaign),
         exit_code=code,
         planned=progress.planned,
         accounted=progress.accounted,
@@ -380,6 +381,7 @@ def judge_campaign(
     if then is not None:
         check_same_odd(then, now, str(path))
         tolerances.check([*then.fsrs, *now.fsrs], sorted(compared_units(then, now)))
+        tolerances = tolerances.of_gate(totals.tolerance(repository, campaign))
         tolerances = replace(tolerances, steps=_steps(repository, campaign))
         changed = list(map(set_aside, changes(then, snapshot, tolerances)))
     decided = gate_code_of([*own, *changed], code)

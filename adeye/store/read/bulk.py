@@ -324,6 +324,9 @@ class Compared:
         seen_s: (N, S) when each sensor first detected the critical object [s]; NaN for never.
         has_object: (N,) whether there was one.
         sensors: S ids.
+        place: (N,) swept values as JSON; no word unless asked for.
+        replicate: (N,) number; empty unless asked for.
+        test: (N,) digest of the test case; empty unless asked for.
     """
 
     scenario: Labels
@@ -350,6 +353,9 @@ class Compared:
     seen_s: Floats
     has_object: Bools
     sensors: tuple[str, ...]
+    place: Labels
+    replicate: Ints
+    test: tuple[str, ...]
 
     def __len__(self) -> int:
         """Return the number of cases N."""
@@ -362,6 +368,7 @@ def read_compared(
     architectures: Collection[str],
     *,
     is_named: bool = False,
+    judged_by: str | None = None,
 ) -> Compared:
     """Read the cases of some architectures of a campaign with verdicts and what happened.
 
@@ -369,14 +376,16 @@ def read_compared(
         connection: In a transaction.
         campaign_id: The campaign.
         architectures: Their ids.
-        is_named: Whether to keep the digest of each situation, which takes memory.
+        is_named: Whether to keep what names each case in every campaign, which takes memory.
+        judged_by: Campaign by whose FSRs they are judged, where another one's are asked about.
     """
+    judging = judged_by or campaign_id
     cases = _Cases.read(connection, campaign_id, frozenset(architectures))
-    situation, fault, faults, parameters = read_columns(
+    situation, fault, faults, parameters, replicate = read_columns(
         connection,
         "test_case",
         "digest",
-        ("situation_digest", "fault_entry", "faults", "parameters"),
+        ("situation_digest", "fault_entry", "faults", "parameters", "replicate"),
         cases.tests,
         object,
     )
@@ -394,11 +403,11 @@ def read_compared(
     numbers, inverse = np.unique(number[has_run].astype(np.int64), return_inverse=True)
     rows = np.full(len(cases.results), -1, dtype=np.int64)
     rows[has_run] = inverse
-    fsrs, judged, digest, digests = _judged_on(connection, campaign_id, cases)
+    fsrs, judged, digest, digests = _judged_on(connection, judging, cases)
     # By what the verdict on each run was given: with numeric uncertainty that depends on where.
     by = np.full((len(numbers), len(fsrs)), -1, dtype=np.int64)
     by[inverse] = digest[has_run]
-    plain = plain_digests(connection, campaign_id)
+    plain = plain_digests(connection, judging)
     verdicts = _Verdicts(len(numbers), len(fsrs))
     verdicts.read(connection, numbers, by, digests)
     happened = _Happened(len(numbers))
@@ -432,7 +441,41 @@ def read_compared(
         seen_s=np.where(is_done[:, np.newaxis], happened.seen_s[rows], np.nan),
         has_object=is_done & happened.has_object[rows],
         sensors=tuple(happened.sensors),
+        place=Labels.of(cases.points if is_named else ()),
+        replicate=replicate.astype(np.int64) if is_named else np.zeros(0, dtype=np.int64),
+        test=tuple(cases.tests) if is_named else (),
     )
+
+
+@dataclass(frozen=True, slots=True)
+class Made:
+    """What a test case is made of, beside the code that executes it.
+
+    Attributes:
+        scenario_digest: Of the stored content.
+        architecture_digest: Of the stored content.
+        faults: As JSON.
+        parameters: As JSON.
+        seed: Of the ODD.
+        step_s: Master clock [s].
+    """
+
+    scenario_digest: str
+    architecture_digest: str
+    faults: str
+    parameters: str
+    seed: int
+    step_s: float
+
+
+def read_made(connection: Connection, campaign_id: str) -> list[Made]:
+    """Read what each test case of a campaign is made of, in the order of the plan."""
+    query = (
+        "SELECT t.scenario_digest, t.architecture_digest, t.faults, t.parameters, t.seed, t.step_s "
+        "FROM campaign_case c JOIN test_case t ON t.digest = c.test_case_digest "
+        "WHERE c.campaign_id = ? ORDER BY c.ordinal"
+    )
+    return [Made(*row) for chunk in read_chunks(connection, query, campaign_id) for row in chunk]
 
 
 def _own_axes(point: str) -> dict[str, float | str]:

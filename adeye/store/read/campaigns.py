@@ -99,11 +99,24 @@ def campaigns(connection: Connection) -> tuple[records.CampaignInfo, ...]:
 
 def latest_id(connection: Connection, odd: str | None = None) -> str | None:
     """Return the id of the campaign that was planned last, of one ODD if its id is given."""
+    return next(iter(latest_ids(connection, odd, 1)), None)
+
+
+def latest_ids(
+    connection: Connection, odd: str | None = None, limit: int = 1_000_000
+) -> tuple[str, ...]:
+    """List ids of campaigns, the one first that was planned last.
+
+    Args:
+        connection: In a transaction.
+        odd: Id of their ODD; None for all.
+        limit: Most of them.
+    """
     found = connection.exec_driver_sql(
-        "SELECT campaign FROM v_campaigns WHERE odd = coalesce(?, odd) ORDER BY recency LIMIT 1",
-        (None if odd is None else clean_text(odd),),
+        "SELECT campaign FROM v_campaigns WHERE odd = coalesce(?, odd) ORDER BY recency LIMIT ?",
+        (None if odd is None else clean_text(odd), limit),
     )
-    return found.scalar()
+    return tuple(found.scalars())
 
 
 def latest_campaign(connection: Connection, odd: str | None = None) -> records.CampaignInfo | None:

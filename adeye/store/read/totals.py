@@ -58,6 +58,11 @@ def preventable_by(repository: Repository, campaign: CampaignInfo) -> tuple[str,
     return tuple(_gate_of(repository, campaign).get("preventable_by", ()))
 
 
+def tolerance(repository: Repository, campaign: CampaignInfo) -> dict[str, float]:
+    """Return the loss of margin that the gate of a campaign's ODD tolerates, by unit."""
+    return dict(_gate_of(repository, campaign).get("tolerance", {}))
+
+
 def _gate_of(repository: Repository, campaign: CampaignInfo) -> Mapping[str, Any]:
     odd = repository.content("odd", campaign.odd_digest).get("odd")
     gate = odd.get("gate") if isinstance(odd, dict) else None

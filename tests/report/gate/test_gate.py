@@ -103,6 +103,17 @@ def test_every_driver_more_that_has_to_fail_too_asks_for_more() -> None:
     assert kinds(found(one, two)) == kinds(found(one, baseline())) == []
 
 
+def test_larger_tolerance_than_that_of_the_baseline_asks_for_less() -> None:
+    plain, wide, strict = (baseline(tolerance=of) for of in ({}, {"m": 0.5}, {"m": 0.0}))
+    for then, now in ((plain, wide), (strict, plain), (strict, wide)):
+        (finding,) = found(then, now)
+        assert (finding.kind, finding.decides) == (Kind.RELAXED, True)
+        assert "is tolerated" in finding.text
+        assert found(now, then) == []
+    # To write down what is usual asks for as much as before.
+    assert found(plain, baseline(tolerance={"m": 0.01})) == []
+
+
 def test_bar_that_was_lowered_is_named() -> None:
     changes: tuple[tuple[dict[str, Any], str], ...] = (
         ({"mandatory": False}, "was mandatory"),

@@ -9,6 +9,7 @@ from adeye.judge.verdict import Verdict
 from adeye.report.gate.baseline import BaselineCase, BaselineCell
 from adeye.report.gate.changes import Column, Loss, Tolerances, compare_cells, compare_pairs
 from adeye.report.model.part import Margin
+from adeye.spec.odd import TOLERANCES
 from tests.stored import known
 
 NAMES = [f"{number:016x}" for number in range(40)]
@@ -142,3 +143,33 @@ def test_worst_margin_of_a_cell_may_lose_what_the_step_is_worth() -> None:
     steps = {("FSR-1", "gate", "cut_in"): {"m": 0.2}}
     assert compare_cells(was, has, Tolerances())
     assert compare_cells(was, has, Tolerances({}, steps)) == ""
+
+
+def test_what_the_gate_tolerates_goes_behind_what_was_asked_for_and_is_told() -> None:
+    usual = Tolerances().of_gate({"m": 0.5})
+    assert usual.of(("FSR-1", "a", "s"), "m", 1.0) == 0.5
+    assert usual.of(("FSR-1", "a", "s"), "m/s²", 1.0) == TOLERANCES["m/s^2"]
+    asked = Tolerances.given({"FSR-1": 0.1, "m": 0.2}).of_gate({"m": 0.5})
+    assert asked.of(("FSR-1", "a", "s"), "m", 1.0) == 0.1
+    assert asked.of(("FSR-2", "a", "s"), "m", 1.0) == 0.2
+    assert Tolerances().of_gate({"m": 0}).of(("FSR-1", "a", "s"), "m", 1.0) == 1e-6
+
+
+def test_loss_of_some_micrometres_is_a_note_that_names_it() -> None:
+    def told(loss: float, tolerances: Tolerances) -> Loss | None:
+        then = rows([1.0, 1.0]), Column("FSR-1", 0, "m gap")
+        now = rows([1.0, 1.0 - loss]), Column("FSR-1", 0, "m gap")
+        return compare_pairs(
+            NAMES[:2], then, now, tolerances, points=None, place=("gate", "cut_in")
+        )
+
+    tiny = known(told(8e-6, Tolerances().of_gate({})))
+    assert not tiny.is_regression
+    assert tiny.keys == (NAMES[1],)
+    assert "lost in 1 of 2 pairs" in tiny.text
+    assert "which is tolerated: up to 0.010 m" in tiny.text
+    assert known(told(0.02, Tolerances().of_gate({}))).is_regression
+    assert known(told(8e-6, Tolerances())).is_regression
+    # Rounding of the baseline is nothing at all, and what was asked for by name is silent.
+    assert told(1e-7, Tolerances().of_gate({})) is None
+    assert told(8e-6, Tolerances({"m": 0.1}).of_gate({})) is None
