@@ -335,11 +335,11 @@ def diff_campaigns(db: str | Path | None, old: str | None, new: str | None) -> D
         IntegrityError: Results are not as they were written.
     """
     with Repository.open(db, create=False) as repository:
-        after = summary.find_relative(repository, new)
+        after = summary.find_called(repository, new)
         before = (
-            summary.before(repository, after, 1)
+            repository.campaign_before(after)
             if old is None
-            else summary.find_relative(repository, old)
+            else summary.find_called(repository, old)
         )
         for campaign in (before, after):
             repository.require_sound(campaign.id)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -11,6 +10,7 @@ from adeye.campaign.plan import CampaignPlan, make_plan
 from adeye.errors import UsageError
 from adeye.judge.verdict import ExitCode, Verdict, exercised_of
 from adeye.spec.load import load_odd
+from adeye.store.read.campaigns import LATEST
 from adeye.store.read.totals import ChannelFailure, channel_failures, gate_code, totals
 from adeye.store.records import of_fields
 from adeye.store.write.planning import identify
@@ -50,13 +50,20 @@ def is_file_name(name: str) -> bool:
 
 
 def is_campaign_name(text: str) -> bool:
-    """Tell whether a word can be the number or digest of a campaign.
+    """Tell whether a word can be the number or digest of a campaign, or its place in time.
 
-    >>> is_campaign_name("3"), is_campaign_name("3f2a91"), is_campaign_name("camera_radar")
-    (True, True, False)
+    >>> is_campaign_name("3"), is_campaign_name("3f2a91"), is_campaign_name("@{-1}")
+    (True, True, True)
+    >>> is_campaign_name("camera_radar")
+    False
     """
     is_number = text.isascii() and text.isdecimal()
-    return is_number or (len(text) >= 4 and set(text) <= set("0123456789abcdef"))
+    return (
+        is_number
+        or text == LATEST
+        or text.startswith("@{-")
+        or (len(text) >= 4 and set(text) <= set("0123456789abcdef"))
+    )
 
 
 def campaign_called(repository: Repository, name: str) -> CampaignInfo | None:
@@ -99,41 +106,6 @@ def find_called(
         return _latest_of_file(repository, name)
     found = None if name is None else campaign_called(repository, name)
     return repository.find_campaign(name) if found is None else found
-
-
-_BEFORE: Final = re.compile(r"@\{-([0-9]{1,6})\}")
-LATEST: Final = "latest"
-"""Name of the campaign that was planned last."""
-
-
-def find_relative(repository: Repository, name: str | None) -> CampaignInfo:
-    """Find a campaign as ``find_called``, or by its place before the latest, as ``@{-1}``.
-
-    Raises:
-        InputError: There is none, or it is not what the file plans.
-    """
-    if name is None or name == LATEST:
-        return repository.find_campaign()
-    counted = _BEFORE.fullmatch(name)
-    if counted is None:
-        return find_called(repository, name)
-    return before(repository, repository.find_campaign(), int(counted[1]))
-
-
-def before(repository: Repository, campaign: CampaignInfo, count: int) -> CampaignInfo:
-    """Find the campaign that was planned so many before another one, among those of its ODD.
-
-    Raises:
-        UsageError: There are fewer.
-    """
-    others = repository.latest_ids(campaign.odd)
-    place = others.index(campaign.id) + count
-    if place >= len(others):
-        raise UsageError(
-            f"{campaign.odd} has no campaign {count} before number {campaign.number}",
-            remedy="Name one by its number, see adeye query campaigns; or edit and run it first.",
-        )
-    return repository.find_campaign(others[place])
 
 
 def planned_as(campaign: CampaignInfo, path: str | Path) -> CampaignPlan:

@@ -256,7 +256,8 @@ CampaignId = Annotated[
     typer.Argument(
         metavar="[CAMPAIGN]",
         autocompletion=complete_campaigns,
-        help="Number of the campaign or beginning of its digest; default: the latest.",
+        help="Number of the campaign, beginning of its digest, id of its ODD, or @{-1} for the one "
+        "before the latest; default: the latest.",
     ),
 ]
 OddOrCampaign = Annotated[

@@ -141,6 +141,7 @@ class Repository(Door):
     latest_campaign = reading(stored.latest_campaign)
     latest_ids = reading(stored.latest_ids)
     find_campaign = reading(stored.find_campaign)
+    campaign_before = reading(stored.campaign_before)
     progress = reading(stored.progress)
     fsr_status = reading(stored.fsr_status)
     gate = reading(stored.gate)

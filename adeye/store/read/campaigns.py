@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -31,6 +32,9 @@ from adeye.trace import split_links
 # --- What a run is besides a run of a campaign, and how far the blocks of a campaign are ----------
 
 
+LATEST: Final = "latest"
+"""Name of the campaign that was planned last."""
+_COUNTED: Final = re.compile(r"@\{-([0-9]{1,6})\}")
 _BESIDE: Final = (
     "SELECT origin_digest AS origin, test_case_digest AS test_case FROM fork "
     "WHERE result_digest = ?",
@@ -125,13 +129,20 @@ def latest_campaign(connection: Connection, odd: str | None = None) -> records.C
 
 
 def find_campaign(connection: Connection, name: str | None = None) -> records.CampaignInfo:
-    """Find a campaign by its id, the beginning of it, or its number; without a name the latest.
+    """Find a campaign by its number, the beginning of its digest, or as the latest of an ODD.
+
+    Args:
+        connection: In a transaction.
+        name: Without one, or as ``latest``, the one that was planned last; ``@{-1}`` is the one
+            before it of the same ODD, and so on.
 
     Raises:
         InputError: None or several match; the message names those that there are.
         IntegrityError: One was there, and is gone.
     """
-    if name is None:
+    if name is not None and (counted := _COUNTED.fullmatch(name)):
+        return campaign_before(connection, find_campaign(connection), int(counted[1]))
+    if name is None or name == LATEST:
         latest = latest_campaign(connection)
         if latest is None:
             require_no_campaign_gone(connection)
@@ -140,6 +151,9 @@ def find_campaign(connection: Connection, name: str | None = None) -> records.Ca
     if name.isascii() and name.isdigit() and len(name) < 10:
         for numbered in _campaigns(connection, number=int(name)):
             return numbered
+    of_odd = latest_campaign(connection, name)
+    if of_odd is not None:
+        return of_odd
     try:
         found = _starting_with(connection, (tables.campaign.c.id,), name, "campaign")
     except InputError as error:
@@ -147,6 +161,24 @@ def find_campaign(connection: Connection, name: str | None = None) -> records.Ca
         remedy = f"{error.remedy} {_known_campaigns(connection)}".strip()
         raise InputError(error.message, remedy=remedy) from error
     return next(_campaigns(connection, id=found))
+
+
+def campaign_before(
+    connection: Connection, campaign: records.CampaignInfo, count: int = 1
+) -> records.CampaignInfo:
+    """Find the campaign that was planned so many before another one, among those of its ODD.
+
+    Raises:
+        UsageError: There are fewer.
+    """
+    others = latest_ids(connection, campaign.odd)
+    place = others.index(campaign.id) + count
+    if place >= len(others):
+        raise UsageError(
+            f"{campaign.odd} has no campaign {count} before number {campaign.number}",
+            remedy="Name one by its number, see adeye query campaigns; or edit and run it first.",
+        )
+    return next(_campaigns(connection, id=others[place]))
 
 
 def _known_campaigns(connection: Connection) -> str:

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from adeye.errors import InputError, IntegrityError
+from adeye.errors import InputError, IntegrityError, UsageError
 from adeye.judge.verdict import Verdict
 from adeye.spec.concept import Waiver
 from adeye.store.repository import Repository
@@ -37,7 +37,7 @@ def test_campaigns_are_listed_the_newest_first(store: Store, campaign: str) -> N
 
 def test_campaign_is_found_by_any_name(repository: Repository, campaign: str) -> None:
     found = repository.latest_campaign()
-    for name in ("1", campaign, campaign[:6]):
+    for name in ("1", campaign, campaign[:6], "latest", "motorway", "@{-0}"):
         assert repository.find_campaign(name) == found
     assert found == repository.latest_campaign("motorway")
     assert repository.latest_campaign("urban") is None
@@ -48,6 +48,7 @@ def test_names_of_nothing_are_input_errors(repository: Repository, campaign: str
         ("2", "not the beginning"),
         ("xyz!", "not the beginning"),
         ("0" * 32, "there is none"),
+        ("@{-x}", "not the beginning"),
     ):
         caught = refused(InputError, repository.find_campaign, name, says=message)
         assert f"There are: 1 (motorway, {campaign[:10]})." in str(caught)
@@ -55,6 +56,12 @@ def test_names_of_nothing_are_input_errors(repository: Repository, campaign: str
         refused(InputError, repository.find_run, name, says="not the beginning of a digest")
     refused(InputError, repository.find_run, "99999", campaign=campaign, says="run '99999'")
     refused(IntegrityError, repository.test_case_row, "0" * 64, says="is gone")
+
+
+def test_campaign_before_the_latest_is_counted_back(repository: Repository, campaign: str) -> None:
+    refused(UsageError, repository.find_campaign, "@{-1}", says="has no campaign 1 before number 1")
+    refused(UsageError, repository.campaign_before, repository.find_campaign(), says="before")
+    assert repository.campaign_before(repository.find_campaign(), 0).id == campaign
 
 
 def test_run_is_found_by_ordinal_and_by_prefix(store: Store, campaign: str) -> None:
