@@ -149,7 +149,7 @@ def test_own_sql_has_the_campaign_as_a_parameter(adeye: Any, mini: Any) -> None:
     assert adeye("query", sql, "-c", "1", *arguments).out == "runs\n28\n"
     latest = adeye("query", sql, *arguments)
     assert latest.out == "runs\n28\n"
-    assert f"note: :campaign is the latest, 1 of ODD {mini.odd}\n" == latest.err
+    assert latest.err == "note: :campaign is the latest, 1 of ODD mini\n"
     assert (
         "WHERE campaign = :campaign"
         in adeye("query", "SELECT COUNT(*) AS runs FROM v_runs", "-c", "1", *arguments).refused
