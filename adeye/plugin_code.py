@@ -19,7 +19,8 @@ import threading
 import time
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from functools import cache, lru_cache
+from dataclasses import dataclass
+from functools import cache, lru_cache, wraps
 from glob import escape
 from importlib.machinery import ModuleSpec, SourceFileLoader, all_suffixes
 from importlib.metadata import distribution, packages_distributions, requires
@@ -99,6 +100,23 @@ def _hashes(path: Path) -> None:
     _HASHED.add(os.path.realpath(path))
 
 
+def will_hash(package: str) -> None:
+    """Let a package and what it imports be read before they are hashed, as soon as it is loaded.
+
+    Args:
+        package: Name of a package or module at the top level.
+    """
+    try:
+        spec = importlib.util.find_spec(package)
+    except (ImportError, ValueError):  # said where it is imported
+        return
+    folders = [Path(folder) for folder in (spec and spec.submodule_search_locations) or ()]
+    files = package_files(folders)
+    if spec is not None and not folders and spec.has_location:
+        files = [(package, Path(str(spec.origin)))]
+    _HASHED.update(os.path.realpath(path) for _, path in with_imports(files))
+
+
 def with_imports(files: Iterable[File]) -> list[File]:
     """Add the files of what sources import, and what that imports, where it is the user's own.
 
@@ -125,7 +143,10 @@ def _read_by(files: Iterable[File]) -> list[File]:
     for label, path in files:
         if path.suffix != ".py":
             continue
-        state = path.stat()
+        try:
+            state = path.stat()
+        except OSError:  # whoever hashes it says so
+            continue
         names, line = _told_files(path, state.st_mtime_ns, state.st_ctime_ns, state.st_size)
         for name in names:
             at, folder = (path.parent / name).resolve(), path.parent.resolve()
@@ -410,19 +431,28 @@ def ignore_kept_code() -> None:
     Cache.load_overload = load_known
 
 
-_sealed: Final[dict[int, str]] = {}
+_HOME: Final = f"{os.path.realpath(Path(__file__).parent)}{os.sep}"
+_sealed: Final[dict[int, _Seal]] = {}
 """Who works in each thread that may read only what an identity holds."""
-_OF_SYSTEM: Final = ("/proc/", "/sys/", "/dev/", "/etc/", "/usr/")
-_OF_CODE: Final = (*_IMPORTABLE, ".nbi", ".nbc")
-"""Endings of what is imported, and of what numba keeps compiled of it."""
+_OF_SYSTEM: Final = ("/proc/", "/sys/", "/usr/share/", "/usr/lib/", "/etc/ssl/", "/etc/localtime")
+_KEPT_CODE: Final = (".nbi", ".nbc")
+"""Endings of what numba keeps compiled."""
+_OPENS: Final = {"open": 0, "sqlite3.connect": 0, "ctypes.dlopen": 0}
+"""Events of files that are opened, by the place of the name among what is told of them."""
+_THREAD: Final = "_thread.start_new_thread"
+_LEAVES: Final = {
+    *(_THREAD, "subprocess.Popen", "os.system", "os.posix_spawn", "os.exec"),
+    *("os.fork", "os.forkpty", "socket.connect"),
+}
+"""Events after which nobody sees what is read."""
 
 
 @contextmanager
 def sealed(name: str) -> Iterator[None]:
     """Let a part read no file that its identity does not hold: its results would be reused.
 
-    Files of the system, of installed packages and what is imported are not looked at; nor is what
-    a native library opens by itself.
+    Files of the system and of installed packages may be read; threads, processes and connections
+    may not be begun. What a native library opens by itself is not seen.
 
     Args:
         name: The part, as the user wrote it.
@@ -430,35 +460,86 @@ def sealed(name: str) -> Iterator[None]:
     _listen()
     thread = threading.get_ident()
     former = _sealed.get(thread)
-    _sealed[thread] = name
+    _sealed[thread] = seal = _Seal(name)
     try:
         yield
     finally:
         del _sealed[thread]
         if former is not None:
             _sealed[thread] = former
+    if seal.broken is not None:  # who goes on without a file goes on without what it says
+        raise seal.broken
+
+
+@dataclass(slots=True)
+class _Seal:
+    """Who works under it, and what was refused first."""
+
+    name: str
+    broken: PluginError | None = None
 
 
 @cache
 def _listen() -> None:
     """Have Python ask before it opens a file; that cannot be taken back (PEP 578)."""
     sys.addaudithook(_refuse_unknown)
+    start = threading.Thread.start
+
+    @wraps(start)
+    def start_unsealed(thread: threading.Thread) -> None:
+        # Before Python 3.13 no event tells of it.
+        _refuse_unknown(_THREAD, ())
+        start(thread)
+
+    threading.Thread.start = start_unsealed  # type: ignore[assignment, method-assign]
 
 
 def _refuse_unknown(event: str, arguments: tuple[Any, ...]) -> None:
-    if event != "open" or not _sealed:
+    if not _sealed or (event not in _OPENS and event not in _LEAVES):
         return
-    name, (path, _, flags) = _sealed.get(threading.get_ident()), arguments
-    if name is None or isinstance(path, int) or flags & os.O_ACCMODE == os.O_WRONLY:
+    seal = _sealed.get(threading.get_ident())
+    said = None if seal is None else _unknown(event, arguments)
+    if seal is None or said is None:
         return
+    error = PluginError(f"{seal.name} {said}")
+    seal.broken = seal.broken or error
+    raise error
+
+
+def _unknown(event: str, arguments: tuple[Any, ...]) -> str | None:
+    """Say what of an event a sealed part may not do; None if it may."""
+    if event in _LEAVES:
+        return (
+            f"does {event}: what is read then is in no identity. It may compute in its own thread "
+            "and process only"
+        )
+    path = arguments[_OPENS[event]]
+    if path is None or isinstance(path, int) or path in {":memory:", b":memory:", ""}:
+        return None
+    if event == "open" and arguments[2] & os.O_ACCMODE == os.O_WRONLY:
+        return None
     place = os.path.realpath(os.fsdecode(path))
-    is_other = place in _HASHED or place.startswith(_OF_SYSTEM) or place.endswith(_OF_CODE)
-    if is_other or not os.path.isfile(place) or _is_installed(Path(place)):  # noqa: PTH113
-        return
-    raise PluginError(
-        f"{name} reads {place}, which is not in its identity: name it in the source, by a line "
-        f"such as {_FILES} = [{Path(place).name!r}]"
+    # With a descriptor of a folder a name is of a place that nobody is told of.
+    is_hidden = event == "open" and arguments[1] is None and os.fsdecode(path)[:1] != os.sep
+    is_there = is_hidden or os.path.isfile(place)  # noqa: PTH113 - for every file that is opened
+    if not is_there or _is_known(place):
+        return None
+    return (
+        f"reads {place}, which is not in its identity: name it in the source, by a line such as "
+        f"{_FILES} = [{Path(place).name!r}]"
     )
+
+
+def _is_known(place: str) -> bool:
+    """Tell whether a file is in an identity, of the system, or of an installed package."""
+    if place in _HASHED or place.startswith((*_OF_SYSTEM, _HOME)) or place.endswith(_KEPT_CODE):
+        return True
+    if place.endswith(".pyc"):  # its source is compared with it where it is loaded
+        folder, _, file = place.rpartition("/__pycache__/")
+        place = f"{folder}/{file.partition('.')[0]}.py"
+    installed = (path for path in sys.path if Path(path).name in _INSTALLED)
+    places = (*map(str, _libraries()), *map(os.path.realpath, installed))
+    return place in _HASHED or place.startswith(tuple(f"{path}{os.sep}" for path in places))
 
 
 def require_executed(name: str, packages: Iterable[str], before: Collection[str]) -> None:

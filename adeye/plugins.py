@@ -7,7 +7,7 @@ import inspect
 import sys
 import traceback
 from collections.abc import Callable
-from contextlib import nullcontext
+from contextlib import AbstractContextManager, contextmanager
 from copy import deepcopy
 from dataclasses import dataclass
 from importlib import import_module
@@ -30,18 +30,21 @@ from adeye.plugin_code import (
     require_unwritten,
     sealed,
     wall_time,
+    will_hash,
     with_imports,
 )
 from adeye.supervision import guest, is_asked, said
 from adeye.units import shown
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from pydantic_core import ErrorDetails
 
 Loc = tuple[str | int, ...]
 Nameable = Callable[[Any], bool]
+Entering = Callable[[str], AbstractContextManager[None]]
+"""How code of a part is let in, by its name."""
 
 _FORM: Final = "Write module:Class, or ./file.py:Class relative to the file that names it."
 _LABEL: Final = "adeye_plugin_"
@@ -127,10 +130,17 @@ def load_part(
     source, _, attribute = name.rpartition(":")
     if not source or not attribute.isidentifier():
         raise SpecError(f"{name!r} does not name a class", remedy=_FORM)
-    with sealed(name) if is_sealed else nullcontext():
-        if source.endswith(".py"):
-            return _from_file(name, (base_dir / source).resolve(), attribute, is_nameable)
-        return _from_module(name, source, attribute, is_nameable)
+    entering = _sealed_guest if is_sealed else guest
+    if source.endswith(".py"):
+        path = (base_dir / source).resolve()
+        return _from_file(name, path, attribute, is_nameable, entering)
+    return _from_module(name, source, attribute, is_nameable, entering)
+
+
+@contextmanager
+def _sealed_guest(name: str) -> Iterator[None]:
+    with guest(name), sealed(name):
+        yield
 
 
 def locate_file(name: str, base_dir: Path) -> Path:
@@ -328,7 +338,9 @@ def plugins_digest(parts: Iterable[Part], files: Iterable[ReadFile] = ()) -> str
     return digest.hexdigest()
 
 
-def _from_file(name: str, path: Path, attribute: str, is_nameable: Nameable) -> Part:
+def _from_file(
+    name: str, path: Path, attribute: str, is_nameable: Nameable, entering: Entering
+) -> Part:
     if not path.is_file():
         raise SpecError(f"{name}: there is no file {path}", remedy=_FORM)
     since, content, before = wall_time(), path.read_bytes(), frozenset(sys.modules)
@@ -336,7 +348,7 @@ def _from_file(name: str, path: Path, attribute: str, is_nameable: Nameable) -> 
     digest = code_digest(with_imports(files), is_file=True)
     known = _CACHE.get((str(path), attribute, digest))
     if known is None:
-        module = _execute(name, path, content, digest)
+        module = _execute(name, path, content, digest, entering)
         # By now it may have said where more of its code is found.
         digest = code_digest(code := with_imports(files), is_file=True)
         try:
@@ -349,7 +361,7 @@ def _from_file(name: str, path: Path, attribute: str, is_nameable: Nameable) -> 
     return known if known.name == name else Part(known.obj, name, digest, known.version)
 
 
-def _execute(name: str, path: Path, content: bytes, digest: str) -> ModuleType:
+def _execute(name: str, path: Path, content: bytes, digest: str, entering: Entering) -> ModuleType:
     try:
         code = compile(content, str(path), "exec")
     except SyntaxError as error:
@@ -365,7 +377,7 @@ def _execute(name: str, path: Path, content: bytes, digest: str) -> ModuleType:
     module.__file__ = str(path)
     sys.modules[label] = module
     try:
-        with guest(name):
+        with entering(name):
             exec(code, module.__dict__)  # noqa: S102 - the user named this file to be executed
     except BaseException as error:
         sys.modules.pop(label, None)
@@ -375,10 +387,13 @@ def _execute(name: str, path: Path, content: bytes, digest: str) -> ModuleType:
     return module
 
 
-def _from_module(name: str, source: str, attribute: str, is_nameable: Nameable) -> Part:
+def _from_module(
+    name: str, source: str, attribute: str, is_nameable: Nameable, entering: Entering
+) -> Part:
     since, before = wall_time(), frozenset(sys.modules)
+    will_hash(source.partition(".")[0])
     try:
-        with guest(name):
+        with entering(name):
             module = import_module(source)
     except SyntaxError as error:
         raise _syntax_error(name, error.filename or source, error) from error

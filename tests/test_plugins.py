@@ -8,8 +8,10 @@ import sys
 import zipfile
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from adeye import plugin_code
@@ -438,14 +440,16 @@ def test_sealed_part_cannot_read_what_it_does_not_name(folder: Path) -> None:
     says = (
         r"reading\.py:Mine reads .*gain\.txt, which is not in its identity: name it in the source"
     )
-    with sealed(part.name), pytest.raises(PluginError, match=says):
+    with pytest.raises(PluginError, match=says), sealed(part.name):
         part.build().compute()
     # Only there, and others may meanwhile.
     assert part.build().compute() == "1"
     with sealed(part.name), sealed("./other.py:Other"):
         pass
-    with sealed(part.name), ThreadPoolExecutor() as pool:
-        assert pool.submit(part.build().compute).result() == "1"
+    with ThreadPoolExecutor() as pool:
+        before = pool.submit(int).result()
+        with sealed(part.name):
+            assert pool.submit(part.build().compute).result() == "1" * (before + 1)
     (folder / "early.py").write_text(
         "from pathlib import Path\n"
         "class Mine:\n    gain = Path(__file__).with_name('gain.txt').read_text()\n"
@@ -453,6 +457,69 @@ def test_sealed_part_cannot_read_what_it_does_not_name(folder: Path) -> None:
     with pytest.raises(SpecError, match=r"PluginError: .*gain\.txt"):
         load_part("./early.py:Mine", folder, is_sealed=True)
     assert load_part("./early.py:Mine", folder).obj.gain == "1"
+
+
+@pytest.mark.parametrize(
+    "how",
+    [
+        "threading.Thread(target=open, args=(path,)).start()",
+        "subprocess.check_output(['cat', path])",
+        "os.system('cat ' + path)",
+        "os.fork()",
+        "sqlite3.connect(path)",
+        "ctypes.CDLL(path)",
+        "os.open('gain.txt', os.O_RDONLY, dir_fd=os.open(folder, os.O_RDONLY))",
+        "open(os.open(path, os.O_RDWR))",
+        "ast.literal_eval(open(other).read())",
+        "np.fromfile(path)",
+        "np.memmap(path)",
+        "zipfile.ZipFile(path)",
+    ],
+)
+def test_seal_holds_for_every_way_to_read(folder: Path, how: str) -> None:
+    (folder / "gain.txt").write_text("1")
+    (folder / "other.py").write_text("[1]")
+    names = {
+        "path": str(folder / "gain.txt"),
+        "other": str(folder / "other.py"),
+        "folder": str(folder),
+        "np": np,
+        **{name: importlib.import_module(name) for name in _MODULES},
+    }
+    with pytest.raises(PluginError, match="identity"), sealed("./mine.py:Mine"):
+        eval(how, names)  # noqa: S307 - of this file
+
+
+def test_refusal_that_is_swallowed_is_told_at_the_end(folder: Path) -> None:
+    (folder / "gain.txt").write_text("1")
+
+    def read() -> str:
+        with suppress(Exception):
+            return (folder / "gain.txt").read_text()
+        return "default"
+
+    with pytest.raises(PluginError, match=r"gain\.txt, which is not"), sealed("./mine.py:Mine"):
+        assert read() == "default"
+    with sealed("./mine.py:Mine"):
+        assert (folder / "none.txt").exists() is False
+
+
+_MODULES = ("ast", "ctypes", "os", "sqlite3", "subprocess", "threading", "zipfile")
+
+
+def test_sealed_part_imports_and_reads_what_is_hashed(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (folder / "rated").mkdir()
+    (folder / "rated" / "rates.json").write_text("[2]")
+    (folder / "rated" / "__init__.py").write_text(
+        "import json, rated_other\nfrom pathlib import Path\n"
+        "RATES = json.loads(Path(__file__).with_name('rates.json').read_text())\n"
+        "class Mine:\n    rates = RATES, rated_other.MORE\n"
+    )
+    (folder / "rated_other.py").write_text("MORE = 3\n")
+    monkeypatch.syspath_prepend(folder)
+    assert load_part("rated:Mine", folder, is_sealed=True).obj.rates == ([2], 3)
 
 
 @pytest.mark.parametrize(

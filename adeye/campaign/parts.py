@@ -386,7 +386,7 @@ def _register(parts: Sequence[Part]) -> None:
             continue
         plugins.require(part, "metric", ("compute",))
         before = set(METRICS)
-        with guest(part.name, "metric"):
+        with guest(part.name, "metric"), sealed(part.name):
             register_metric(part.obj)
         for column in set(METRICS) - before:
             found = METRICS[column]

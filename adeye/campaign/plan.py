@@ -6,6 +6,7 @@ Nothing is taken from the environment but the name of the user: it may hold secr
 from __future__ import annotations
 
 import getpass
+import json
 import platform
 import subprocess
 from collections import defaultdict
@@ -37,7 +38,8 @@ from adeye.spec.scenario import LogicalScenario
 from adeye.store.block import PlannedCases
 from adeye.store.records import CampaignFsr, CampaignRecord, ContentRecord, EngineKey, of_fields
 from adeye.store.write.content import FOLDER
-from adeye.sweep.axes import quantity_or_text, written_quantity
+from adeye.store.write.queue import NamedCase
+from adeye.sweep.axes import named_values, quantity_or_text, written_quantity
 from adeye.sweep.case import SCENARIOS, AuthorityOverride, TestCase, structure_key
 from adeye.sweep.design import Points, axis_words
 from adeye.sweep.distributions import data_digests
@@ -385,6 +387,23 @@ class SignalRow:
     architectures: tuple[str, ...]
 
 
+@dataclass(frozen=True, slots=True)
+class ListedCase(NamedCase):
+    """A test case of a plan, for people.
+
+    Attributes:
+        ordinal: Its place in the plan, from 0.
+        test_case: Digest of its content.
+        inside_odd: Whether its planned attributes lie inside the ODD.
+        values: Its swept values in the units that were written.
+    """
+
+    ordinal: int
+    test_case: str
+    inside_odd: bool
+    values: Mapping[str, str]
+
+
 @dataclass(frozen=True)
 class CampaignPlan:
     """A checked plan.
@@ -485,7 +504,7 @@ class CampaignPlan:
         """Describe the campaign for the database."""
         odd = self.files.odd.spec
         return CampaignRecord(
-            odd=ContentRecord(odd.odd, "", self._odd_content()),
+            odd=ContentRecord(odd.odd, "", self.odd_content()),
             concept=self.files.concept.spec,
             fsrs=[
                 CampaignFsr(
@@ -548,6 +567,25 @@ class CampaignPlan:
                 point_index=range(columns.first, columns.first + len(columns)),
             )
 
+    def listed(self) -> Iterator[ListedCase]:
+        """Name every test case for people, in the order of their ordinals."""
+        odd = self.odd_content()
+        for block in self.planned():
+            for at, ordinal in enumerate(block.point_index):
+                point = json.loads(block.points[at])
+                values = named_values(point, odd, block.scenario)
+                yield ListedCase(
+                    ordinal=ordinal,
+                    test_case=block.test_cases[at],
+                    scenario=block.scenario,
+                    architecture=block.architecture,
+                    fault_entry=block.fault_entry,
+                    replicate=block.replicates[at],
+                    inside_odd=bool(block.inside_odd[at]),
+                    point=block.points[at],
+                    values={item.label: item.value for item in values},
+                )
+
     @property
     def compiled_parts(self) -> frozenset[str]:
         """Names of what is compiled for these architectures and not for every one."""
@@ -564,7 +602,8 @@ class CampaignPlan:
                 found[key] = self.cases[section.first]
         return list(found.values())
 
-    def _odd_content(self) -> dict[str, Any]:
+    def odd_content(self) -> dict[str, Any]:
+        """Return the ODD with everything that it names, as it is stored."""
         files = self.files
         data = data_digests(files)
         odd = files.odd.spec.model_dump(mode="json", by_alias=True)

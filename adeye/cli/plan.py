@@ -11,7 +11,7 @@ import typer
 
 from adeye.cli import output as out
 from adeye.cli.options import Backend, Db, Json, OddFile, Variant, option, plan_of
-from adeye.errors import require_known
+from adeye.errors import UsageError, require_known
 
 if TYPE_CHECKING:
     from adeye.analysis.dependence import ChannelPair, Dependencies, Kind, Shared
@@ -30,19 +30,60 @@ _TIMES: Final = " \N{MULTIPLICATION SIGN} "
 
 
 def plan(
-    odd: OddFile, backend: Backend = "batch", variant: Variant = None, json: Json = False
+    odd: OddFile,
+    *,
+    list_cases: Annotated[bool, option("--list -l", env="PLAN_LIST")] = False,
+    select: Annotated[str | None, option("-k EXPR")] = None,
+    backend: Backend = "batch",
+    variant: Variant = None,
+    json: Json = False,
 ) -> None:
     """Check an ODD and everything it names, and count its test cases. Nothing is executed.
 
     Test cases are points times fault entries times architectures times replicates. The fault-free
     entry 'none' is always among the fault entries.
 
+    Parameters:
+        list_cases: List every test case with its swept values and its id instead.
+        select: List those only that 'adeye run -k' would choose.
+
     Examples:
         adeye plan odd/first.yaml
         adeye plan odd/first.yaml --json
+        adeye plan odd/first.yaml --list -k 'cut_in and gap=45'
     """
     planned = plan_of(odd, backend, variant)
+    if list_cases or select is not None:
+        _list(planned, select, json=json)
+        return
     out.emit_found("plan", planned, _print, json=json, document=_document)
+
+
+def _list(planned: CampaignPlan, select: str | None, *, json: bool) -> None:
+    from adeye.campaign.selection import Keyword
+
+    chosen = None if select is None else Keyword.parse(select)
+    found = [item for item in planned.listed() if chosen is None or chosen.matches(item)]
+    if json:
+        out.emit_json("plan-list", {"odd": planned.files.odd.spec.odd, "test_cases": found})
+        return
+    if not found:
+        raise UsageError(f"no test case is {select}", remedy="See 'adeye plan ODD --list'.")
+    out.emit_records(
+        found,
+        {
+            "#": "ordinal",
+            "Test case": lambda item: out.short(item.test_case),
+            "Scenario": "scenario",
+            "Architecture": "architecture",
+            "Fault entry": "fault_entry",
+            "Swept": lambda item: ", ".join(
+                f"{name} {value}" for name, value in item.values.items()
+            ),
+        },
+        right=("#",),
+    )
+    out.emit(f"\nTest cases: {len(found):,} of {planned.expansion.count:,}")
 
 
 def _print(planned: CampaignPlan) -> None:

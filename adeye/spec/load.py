@@ -328,6 +328,8 @@ def _load(path: Path, model: type[Spec]) -> Loaded[Spec]:
         merged: Document | _Merged = _Merged(content, documents)
     else:
         merged = documents[0] if len(documents) == 1 else _Merged(content, documents)
+    if isinstance(merged, _Merged):
+        _require_same_files(path, merged)
     loaded = Loaded(validate(merged, model), content, path, documents)
     if isinstance(loaded.spec, FileRecord) and model is not LogicalScenario:
         _check_plausible(loaded, loaded.spec)
@@ -360,6 +362,38 @@ class _Merged:
     def heir(self, loc: Loc) -> str:
         is_own = _deepest(self.documents, loc) is self.documents[0]
         return "" if is_own else self.documents[0].path
+
+
+def _require_same_files(path: Path, merged: _Merged) -> None:
+    """Refuse a name of a file that means another one beside who inherits it than beside its writer.
+
+    Raises:
+        SpecError: One does; names are relative to the file that inherits them.
+    """
+    folders = {Path(document.path).parent.resolve() for document in merged.documents}
+    if len(folders) == 1:
+        return
+    for loc, text in _named_texts(merged.value):
+        source, _, attribute = text.rpartition(":")
+        name = source if source.endswith(".py") and attribute.isidentifier() else text
+        where = merged.locate(loc)
+        theirs, ours = Path(where.path).parent / name, path.parent / name
+        if _is(Path.is_file, theirs) and theirs.resolve() != ours.resolve():
+            raise SpecError(
+                f"{shown(text)} is inherited from another folder, and would be {shown(str(ours))}",
+                where=where,
+                remedy=f"Name {shown(str(theirs))} in {path}, relative to that.",
+            )
+
+
+def _named_texts(content: Any, loc: Loc = ()) -> Iterator[tuple[Loc, str]]:
+    """Give every text of a content with its place."""
+    if isinstance(content, str):
+        yield loc, content
+    elif isinstance(content, Mapping):
+        yield from (item for key in content for item in _named_texts(content[key], (*loc, key)))
+    elif isinstance(content, list):
+        yield from (item for at, x in enumerate(content) for item in _named_texts(x, (*loc, at)))
 
 
 def _with_bases(path: Path, *, is_scenario: bool) -> tuple[Document, ...]:

@@ -48,6 +48,22 @@ def test_json_adds_up_and_nothing_is_written(adeye: Any, odd: str, folder: Path)
     assert not (folder / ".adeye").exists()
 
 
+def test_test_cases_are_listed_with_their_values_and_ids(adeye: Any, odd: str) -> None:
+    listed = adeye("plan", odd, "--list", "--json").document["test_cases"]
+    cases = make_plan(odd).cases
+    assert [item["test_case"] for item in listed] == [case.digest for case in cases]
+    assert [item["fault_entry"] for item in listed] == [case.fault_entry for case in cases]
+    assert listed[0]["values"] == {"gap": "45 m"}
+    assert listed[-1]["values"] == {"deceleration": "6 m/s²"}
+    chosen = adeye("plan", odd, "-k", "gap=60 and not nominal_silent").ok.out
+    rows = [item for item in listed if item["values"] == {"gap": "60 m"}]
+    assert [item["test_case"][:10] in chosen for item in listed] == [
+        item in rows and item["fault_entry"] != "nominal_silent" for item in listed
+    ]
+    assert "Test cases: 2 of 12" in chosen
+    assert "no test case is nothing" in adeye("plan", odd, "-k", "nothing").refused
+
+
 def test_differing_suites_are_summed(adeye: Any, odd: str, monkeypatch: pytest.MonkeyPatch) -> None:
     plan = make_plan(Path(odd))
     first = plan.expansion.factors[0]

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -124,6 +125,30 @@ def test_every_file_of_a_chain_names_what_is_beside_itself(write: Any, tmp_path:
     write("far/middle", "extends: base\nscenario: middle\n")
     path = write("near/last", "extends: ../far/middle.yaml\nscenario: last\n")
     assert load_scenario(path).spec.title == "A base"
+
+
+@pytest.mark.parametrize("kind", ["concept", "architectures", "plugins"])
+def test_name_that_is_inherited_from_another_folder_means_no_other_file(
+    tmp_path: Path, kind: str
+) -> None:
+    shutil.copytree(ROOT / "odd", tmp_path / "odd")
+    (tmp_path / "odd" / "fast.py").write_text("class Fast: ...")
+    heir = tmp_path / "later" / "heir.yaml"
+    shutil.copytree(tmp_path / "odd", heir.parent)
+    taken = {
+        "concept": "concepts/motorway_chauffeur.yaml",
+        "architectures": ["architectures/camera_radar.yaml"],
+        "plugins": ["./fast.py:Fast"],
+    }
+    base = yaml.safe_load((tmp_path / "odd" / "motorway_chauffeur.yaml").read_text())
+    (tmp_path / "odd" / "base.yaml").write_text(yaml.safe_dump({**base, **taken, "gate": None}))
+    own = {name: value for name, value in taken.items() if name != kind}
+    heir.write_text(yaml.safe_dump({"extends": "../odd/base.yaml", "odd": "heir", **own}))
+    caught = refused(SpecError, load_odd, heir, says="is inherited from another folder")
+    assert str(caught.where).startswith(str(heir.parent / "../odd/base.yaml"))
+    assert "Name '" in caught.remedy
+    heir.write_text(yaml.safe_dump({"extends": "../odd/base.yaml", "odd": "heir", **taken}))
+    assert load_odd(heir).odd.spec.odd == "heir"
 
 
 def test_scenario_extends_one_of_the_package_that_is_not_beside_it(write: Any) -> None:
