@@ -592,17 +592,21 @@ def _in_memory(package: str) -> Iterator[tuple[str, ModuleType]]:
 
 def _require_current(name: str, key: str, module: ModuleType, since: float | None) -> None:
     path = Path(str(module.__file__))
-    content, state = path.read_bytes(), path.stat()
-    digest = hashlib.sha256(content).hexdigest()
+    content = path.read_bytes()
+    # What it names it may have read when it was imported.
+    files = [path, *(file for _, file in _read_by([(path.name, path)]))]
+    digest = files_digest((file.name, file) for file in files)
     known = _EXECUTED.get(key)
-    is_late = since is not None and max(state.st_mtime, state.st_ctime) > since
+    written = max(max(file.stat().st_mtime, file.stat().st_ctime) for file in files)
+    is_late = since is not None and written > since
     if known is None and not is_late and _is_byte_code_of(module.__spec__, content):
         _EXECUTED[key] = known = digest
     if known == digest:
         return
     if known is not None or is_late:
+        told = map(str, files)
         raise SpecError(
-            f"{name}: {key} is in memory as it was before {path} was written",
+            f"{name}: {key} is in memory as it was before {' or '.join(told)} was written",
             remedy="Start again in a new process (a notebook: a new kernel).",
         )
     raise _other_byte_code(f"{name}: ", key, path)

@@ -149,6 +149,21 @@ def test_package_that_was_changed_since_it_was_loaded_is_refused(
             load_part("bought.drive:Mine", Path())
 
 
+def test_file_that_a_loaded_module_names_is_not_exchanged(package: Path) -> None:
+    (package / "rates.csv").write_text("1")
+    with (package / "drive.py").open("a") as source:
+        source.write(
+            "\nadeye_files = ['rates.csv']\nfrom pathlib import Path\n"
+            "RATE = Path(__file__).with_name('rates.csv').read_text()\n"
+        )
+    assert load_part("bought.drive:Mine", Path()).obj.gain == 1
+    (package / "rates.csv").write_text("2")
+    with pytest.raises(
+        SpecError, match=r"as it was before .*drive\.py or .*rates\.csv was written"
+    ):
+        load_part("bought.drive:Mine", Path())
+
+
 @pytest.fixture
 def process(package: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """This process, as if it began when the package was there."""

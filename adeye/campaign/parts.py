@@ -12,12 +12,14 @@ import re
 import threading
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import wraps
 from importlib.machinery import PathFinder
 from importlib.metadata import entry_points
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
 
 from adeye import plugins
 from adeye.errors import IntegrityError, SpecError, UsageError, placed
@@ -32,6 +34,7 @@ from adeye.plugin_code import (
     with_imports,
 )
 from adeye.plugins import Part, ReadFile
+from adeye.ports import MetricColumn
 from adeye.simulate.bridges import middleware
 from adeye.simulate.channels.factory import BUILT_IN as BUILT_IN_CHANNELS
 from adeye.simulate.channels.factory import make_channel, plugin_channel
@@ -59,7 +62,6 @@ if TYPE_CHECKING:
     from adeye.campaign.plan import CampaignPlan
     from adeye.judge.metrics.registry import Measure
     from adeye.judge.series import TraceSeries
-    from adeye.ports import MetricColumn
     from adeye.spec.architecture import Architecture
     from adeye.spec.load import Loaded, OddFiles
 
@@ -408,9 +410,25 @@ def _visiting(name: str, measure: Measure) -> Measure:
     @wraps(measure)
     def visit(series: TraceSeries) -> MetricColumn:
         with guest(name), sealed(name):
-            return measure(series)
+            answer: MetricColumn = _taken(measure(series))
+            return answer
 
     return visit
+
+
+def _taken(answer: Any) -> Any:
+    """Take apart what a metric answers while it may work: what is lazy would work later."""
+    if not isinstance(answer, MetricColumn):  # refused by who asked
+        return answer
+    parts: dict[str, Any] = {
+        item.name: tuple(part)
+        for item in fields(answer)
+        if isinstance(part := getattr(answer, item.name), Iterable) and type(part) not in _HELD
+    }
+    return replace(answer, **parts)
+
+
+_HELD: Final = {str, bytes, list, tuple, np.ndarray}
 
 
 def plugin_of(column: str) -> str | None:
