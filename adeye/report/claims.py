@@ -173,6 +173,15 @@ class _Counts:
         )
 
 
+def _unsaid(counts: _Counts) -> str:
+    """Say why points allow no statement at all; empty if they do."""
+    if not counts.exercised:
+        return "its precondition never held"
+    if counts.undecided == counts.points:
+        return "none of its points has a verdict"
+    return ""
+
+
 def claims_of(
     repository: Repository, campaign: CampaignInfo, options: ClaimOptions | None = None
 ) -> Claims:
@@ -316,7 +325,7 @@ class _Claimer:
         design = self._designs[scenario]
         if not design.is_random_sample:
             return design.population
-        return "" if counts.exercised else "its precondition never held"
+        return _unsaid(counts)
 
     def _require_level(self, bounds: int, strata: int) -> None:
         """Refuse a level whose error, shared among bounds and strata, is no number any more.
@@ -371,8 +380,7 @@ class _Claimer:
         )
         unknown = [name for name in strata if self._exposures.get(name) is None]
         refusal = f"no exposure of {', '.join(unknown)}" if unknown else ""
-        if not total.exercised:
-            refusal = "its precondition never held"
+        refusal = _unsaid(total) or refusal
         base = Claim.of(total, **about, **_UNTOLD, scenario="", refusal=refusal)
         if refusal:
             return base

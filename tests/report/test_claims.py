@@ -139,6 +139,17 @@ def test_what_was_never_exercised_and_chosen_points_are_refused() -> None:
     assert claims(Campaign({"a": ["VACUOUS"]}, is_in_gate=False)).missing == ()
 
 
+def test_points_without_any_verdict_allow_no_statement() -> None:
+    for word in ("INCONCLUSIVE", "INVALID", "ERROR", "NOT_RUN"):
+        found = claims(Campaign({"cut_in": [word] * 6}, {"cut_in": "random"}))
+        (claim,) = found.claims
+        assert claim.refusal == "none of its points has a verdict"
+        assert (claim.upper, claim.interval, claim.share) == (None, None, None)
+        assert found.missing == (("FSR-01", "one"),)
+    rest = Campaign({"a": ["NOT_RUN"], "b": ["PASS"]}, exposures={"a": 1.0, "b": 1.0})
+    assert claims(rest).missing == ()
+
+
 def test_one_grid_among_samples_has_no_bound_and_spoils_the_sum() -> None:
     campaign = Campaign(
         {"a": ["PASS"] * 9, "b": ["PASS"] * 9}, {"b": "full_factorial"}, {"a": 1.0, "b": 1.0}
