@@ -34,7 +34,8 @@ PAGES = [
     ROOT / "CHANGELOG.md",
     *sorted((ROOT / "docs").rglob("*.md")),
 ]
-WALKED = [README, *GUIDE, COOKBOOK]
+QUESTIONS = ROOT / "docs" / "questions.md"
+WALKED = [README, *GUIDE, COOKBOOK, QUESTIONS]
 ALONE = [
     ROOT / "docs" / "guide" / f"{name}.md"
     for name in (
@@ -51,7 +52,7 @@ ALONE = [
         *("results-and-sql", "scale", "scenarios", "security", "selftest", "staleness"),
         *("team-database", "temporal-logic", "viewers"),
     )
-]
+] + [QUESTIONS]
 """Pages that use files of other pages at most, no campaign: they are walked beside the others."""
 ODD = "odd/motorway_chauffeur.yaml"
 

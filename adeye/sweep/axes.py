@@ -603,7 +603,7 @@ def axis_text(name: str, value: float | str, odd: Mapping[str, Any], scenario: s
     parameter = odd["scenarios"].get(scenario, {}).get("parameters", {}).get(name)
     if parameter is not None:
         return quantity_text(value, parameter["default"])
-    for use in odd["odd"]["scenarios"]:
+    for use in odd.get("odd", {}).get("scenarios", ()):
         if scenario == (use["as"] or use["use"]):
             return quantity_text(value, written_quantity(use["sweep"], name) or 0.0)
     return f"{value:.6g}"
