@@ -19,7 +19,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Final, Literal, Self, get_args
 
-from adeye.errors import UsageError, needing
+from adeye.errors import InputError, UsageError
 from adeye.fields import fields_of
 from adeye.identity import file_digest
 from adeye.outputs import replacing, replacing_folder
@@ -71,7 +71,7 @@ def open_table(
         metadata: JSON-able description that a Parquet file carries; the others have no place.
 
     Raises:
-        MissingExtra: Parquet is asked for, and pyarrow is not installed.
+        InputError: Parquet is asked for, and pyarrow is not installed.
     """
     if file_format == "parquet":
         return _ParquetFile(path, columns, metadata)
@@ -82,11 +82,16 @@ def require_parquet() -> Any:
     """Import pyarrow with its Parquet writer.
 
     Raises:
-        MissingExtra: It is not installed.
+        InputError: It is not installed.
     """
-    with needing("Parquet", "columnar", otherwise="write csv or jsonl"):
+    try:
         import pyarrow as pa
         import pyarrow.parquet
+    except ImportError as error:
+        raise InputError(
+            "Parquet needs adeye[columnar]",
+            remedy="pip install 'adeye[columnar]', or write csv or jsonl.",
+        ) from error
     assert pyarrow.parquet is not None
     return pa
 
