@@ -84,6 +84,11 @@ class Claim(Part):
     needed: Count | None = None
     """Exercised points without a failure that the target takes."""
 
+    @property
+    def is_statement(self) -> bool:
+        """Whether some point tells anything: a bound from undecided points alone is none."""
+        return not self.refusal and (self.failing > 0 or self.exercised > self.undecided)
+
 
 class Claims(Part):
     """What may be said about a campaign."""
@@ -105,7 +110,7 @@ class Claims(Part):
     def missing(self) -> tuple[tuple[str, str], ...]:
         """Mandatory FSRs and architectures of the gate about which nothing may be said."""
         wanted = [item for item in self.claims if item.is_mandatory and item.is_in_gate]
-        said = {(item.fsr, item.architecture) for item in wanted if not item.refusal}
+        said = {(item.fsr, item.architecture) for item in wanted if item.is_statement}
         pairs = dict.fromkeys((item.fsr, item.architecture) for item in wanted)
         return tuple(pair for pair in pairs if pair not in said)
 
@@ -171,15 +176,6 @@ class _Counts:
         return replace(
             self, exercised=self.exercised - sum(again), repeated=self.repeated + len(again)
         )
-
-
-def _unsaid(counts: _Counts) -> str:
-    """Say why points allow no statement at all; empty if they do."""
-    if not counts.exercised:
-        return "its precondition never held"
-    if counts.undecided == counts.points:
-        return "none of its points has a verdict"
-    return ""
 
 
 def claims_of(
@@ -325,7 +321,7 @@ class _Claimer:
         design = self._designs[scenario]
         if not design.is_random_sample:
             return design.population
-        return _unsaid(counts)
+        return "" if counts.exercised else "its precondition never held"
 
     def _require_level(self, bounds: int, strata: int) -> None:
         """Refuse a level whose error, shared among bounds and strata, is no number any more.
@@ -380,7 +376,8 @@ class _Claimer:
         )
         unknown = [name for name in strata if self._exposures.get(name) is None]
         refusal = f"no exposure of {', '.join(unknown)}" if unknown else ""
-        refusal = _unsaid(total) or refusal
+        if not total.exercised:
+            refusal = "its precondition never held"
         base = Claim.of(total, **about, **_UNTOLD, scenario="", refusal=refusal)
         if refusal:
             return base

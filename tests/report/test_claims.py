@@ -139,13 +139,15 @@ def test_what_was_never_exercised_and_chosen_points_are_refused() -> None:
     assert claims(Campaign({"a": ["VACUOUS"]}, is_in_gate=False)).missing == ()
 
 
-def test_points_without_any_verdict_allow_no_statement() -> None:
+def test_points_without_any_verdict_are_no_statement() -> None:
     for word in ("INCONCLUSIVE", "INVALID", "ERROR", "NOT_RUN"):
-        found = claims(Campaign({"cut_in": [word] * 6}, {"cut_in": "random"}))
-        (claim,) = found.claims
-        assert claim.refusal == "none of its points has a verdict"
-        assert (claim.upper, claim.interval, claim.share) == (None, None, None)
-        assert found.missing == (("FSR-01", "one"),)
+        for points in ([word] * 6, [word] * 5 + ["VACUOUS"]):
+            found = claims(Campaign({"cut_in": points}, {"cut_in": "random"}))
+            assert [item.upper for item in found.claims] == [1.0]
+            assert found.missing == (("FSR-01", "one"),)
+        for other in ("PASS", "FAIL"):
+            campaign = Campaign({"cut_in": [word, other]}, {"cut_in": "random"})
+            assert claims(campaign).missing == ()
     rest = Campaign({"a": ["NOT_RUN"], "b": ["PASS"]}, exposures={"a": 1.0, "b": 1.0})
     assert claims(rest).missing == ()
 

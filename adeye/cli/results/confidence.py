@@ -7,7 +7,17 @@ from typing import TYPE_CHECKING, Annotated, cast
 import typer
 
 from adeye.cli.options import Db, Json, OddOrCampaign, complete_campaigns, option
-from adeye.cli.output import NONE, emit, emit_found, emit_line, emit_table, plain, short
+from adeye.cli.output import (
+    NONE,
+    emit,
+    emit_found,
+    emit_line,
+    emit_table,
+    listed,
+    plain,
+    short,
+    talk,
+)
 from adeye.judge.verdict import ExitCode
 from adeye.report.words import counted, number
 
@@ -55,6 +65,9 @@ def confidence(
     options = ClaimOptions(level, cast("Method", method), target, joint)
     claims = claim(db, name, options)
     emit_found("confidence", claims, print_claims, json=json)
+    if claims.missing:
+        told = listed(f"{fsr} for {architecture}" for fsr, architecture in claims.missing)
+        talk(f"note: nothing can be said about what the gate needs: {told}")
     if claims.missing or not claims.claims:
         raise typer.Exit(ExitCode.INCOMPLETE)
 
