@@ -110,11 +110,18 @@ def will_hash(package: str) -> None:
         spec = importlib.util.find_spec(package)
     except (ImportError, ValueError):  # said where it is imported
         return
-    folders = [Path(folder) for folder in (spec and spec.submodule_search_locations) or ()]
-    files = package_files(folders)
-    if spec is not None and not folders and spec.has_location:
-        files = [(package, Path(str(spec.origin)))]
-    _HASHED.update(os.path.realpath(path) for _, path in with_imports(files))
+    if spec is not None:
+        files = with_imports(spec_files(spec))
+        _HASHED.update(os.path.realpath(path) for _, path in files)
+
+
+def spec_files(spec: ModuleSpec) -> list[File]:
+    """List the files of a package, or that of a module; none of what has no file."""
+    folders = [Path(folder) for folder in spec.submodule_search_locations or ()]
+    if folders or not spec.has_location:
+        return package_files(folders)
+    origin = Path(str(spec.origin))
+    return [(origin.name, origin)]
 
 
 def with_imports(files: Iterable[File]) -> list[File]:
@@ -441,7 +448,14 @@ _OPENS: Final = {"open": 0, "sqlite3.connect": 0, "ctypes.dlopen": 0}
 """Events of files that are opened, by the place of the name among what is told of them."""
 _THREAD: Final = "_thread.start_new_thread"
 _LEAVES: Final = {
-    *(_THREAD, "subprocess.Popen", "os.system", "os.posix_spawn", "os.exec"),
+    *(
+        _THREAD,
+        "_thread.start_joinable_thread",
+        "subprocess.Popen",
+        "os.system",
+        "os.posix_spawn",
+        "os.exec",
+    ),
     *("os.fork", "os.forkpty", "socket.connect"),
 }
 """Events after which nobody sees what is read."""
@@ -487,7 +501,7 @@ def _listen() -> None:
 
     @wraps(start)
     def start_unsealed(thread: threading.Thread) -> None:
-        # Before Python 3.13 no event tells of it.
+        # Python 3.11 tells of no thread that begins.
         _refuse_unknown(_THREAD, ())
         start(thread)
 

@@ -29,8 +29,8 @@ from adeye.plugin_code import (
     code_digest,
     files_digest,
     imports_beside,
-    package_files,
     sealed,
+    spec_files,
     with_imports,
 )
 from adeye.plugins import Part, ReadFile
@@ -337,12 +337,7 @@ def _digest(source: str, folder: Path) -> str:
             return code_digest(with_imports([(path.name, path)]), is_file=True)
         # The finder of files only looks; import_module would execute the package.
         spec = PathFinder.find_spec(module.partition(".")[0])
-        if spec is None:
-            return ""
-        folders = [Path(folder) for folder in spec.submodule_search_locations or ()]
-        origin = Path(spec.origin or "")
-        files = package_files(folders) if folders else [(origin.name, origin)]
-        return files_digest(with_imports(files))
+        return "" if spec is None else files_digest(with_imports(spec_files(spec)))
     except (OSError, ValueError, SpecError):
         return ""
 
@@ -416,6 +411,10 @@ def _visiting(name: str, measure: Measure) -> Measure:
     return visit
 
 
+_HELD: Final = {str, bytes, list, tuple, np.ndarray}
+"""Types of what a metric answers that hold all they tell."""
+
+
 def _taken(answer: Any) -> Any:
     """Take apart what a metric answers while it may work: what is lazy would work later."""
     if not isinstance(answer, MetricColumn):  # refused by who asked
@@ -426,9 +425,6 @@ def _taken(answer: Any) -> Any:
         if isinstance(part := getattr(answer, item.name), Iterable) and type(part) not in _HELD
     }
     return replace(answer, **parts)
-
-
-_HELD: Final = {str, bytes, list, tuple, np.ndarray}
 
 
 def plugin_of(column: str) -> str | None:

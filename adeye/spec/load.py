@@ -15,7 +15,7 @@ from adeye.plugins import locate_file
 from adeye.spec.architecture import Architecture
 from adeye.spec.channels import ReferenceName, read_name, reference_content
 from adeye.spec.concept import Concept, asil_problems
-from adeye.spec.document import Document, Loc, has_part, load_document, validate
+from adeye.spec.document import Document, Loc, has_part, load_document, texts_in, validate
 from adeye.spec.grid import GridSettings
 from adeye.spec.odd import Odd
 from adeye.spec.places import SOME_ROAD, PlaceRoad, first_place, is_on_map, map_files, map_notes
@@ -84,10 +84,9 @@ class OddFiles:
         everything: tuple[Loaded[Any], ...]
         everything = (self.odd, self.concept, *self.architectures.values())
         for loaded in everything:
-            for text in _texts(loaded.content):
-                # A plug-in is written ``./file.py:Class``.
-                for name in (text, text.rpartition(":")[0]):
-                    if name and _is(Path.is_file, loaded.path.parent / name):
+            for _, text in texts_in(loaded.content):
+                for name in _meant(text):
+                    if _is(Path.is_file, loaded.path.parent / name):
                         yield loaded.path.parent / name
         for scenario in self.scenarios.values():
             yield from map_files(scenario.spec, scenario.locate)
@@ -373,27 +372,22 @@ def _require_same_files(path: Path, merged: _Merged) -> None:
     folders = {Path(document.path).parent.resolve() for document in merged.documents}
     if len(folders) == 1:
         return
-    for loc, text in _named_texts(merged.value):
-        source, _, attribute = text.rpartition(":")
-        name = source if source.endswith(".py") and attribute.isidentifier() else text
+    for loc, text in texts_in(merged.value):
         where = merged.locate(loc)
-        theirs, ours = Path(where.path).parent / name, path.parent / name
-        if _is(Path.is_file, theirs) and theirs.resolve() != ours.resolve():
-            raise SpecError(
-                f"{shown(text)} is inherited from another folder, and would be {shown(str(ours))}",
-                where=where,
-                remedy=f"Name {shown(str(theirs))} in {path}, relative to that.",
-            )
+        for name in _meant(text):
+            theirs, ours = Path(where.path).parent / name, path.parent / name
+            if _is(Path.is_file, theirs) and theirs.resolve() != ours.resolve():
+                raise SpecError(
+                    f"{shown(text)} is inherited from another folder, "
+                    f"and would be {shown(str(ours))}",
+                    where=where,
+                    remedy=f"Name {shown(str(theirs))} in {path}, relative to that.",
+                )
 
 
-def _named_texts(content: Any, loc: Loc = ()) -> Iterator[tuple[Loc, str]]:
-    """Give every text of a content with its place."""
-    if isinstance(content, str):
-        yield loc, content
-    elif isinstance(content, Mapping):
-        yield from (item for key in content for item in _named_texts(content[key], (*loc, key)))
-    elif isinstance(content, list):
-        yield from (item for at, x in enumerate(content) for item in _named_texts(x, (*loc, at)))
+def _meant(text: str) -> Iterator[str]:
+    """Give the names of files that a text may be: a plug-in is written ``./file.py:Class``."""
+    yield from filter(None, (text, text.rpartition(":")[0]))
 
 
 def _with_bases(path: Path, *, is_scenario: bool) -> tuple[Document, ...]:
@@ -452,14 +446,6 @@ def merge(base: Any, override: Any) -> Any:
         else:
             merged[key] = merge(merged.get(key), value)
     return merged
-
-
-def _texts(content: Any) -> Iterator[str]:
-    if isinstance(content, str):
-        yield content
-    elif isinstance(content, Mapping | list):
-        for item in content.values() if isinstance(content, Mapping) else content:
-            yield from _texts(item)
 
 
 def _deepest(documents: tuple[Document, ...], loc: Loc) -> Document:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 from fractions import Fraction
@@ -23,7 +23,7 @@ from adeye.errors import (
     suggest,
 )
 from adeye.kernel.relation import differences
-from adeye.spec.document import validate
+from adeye.spec.document import texts_in, validate
 from adeye.spec.expression import parse
 from adeye.spec.odd import Axis as AxisSpec
 from adeye.spec.odd import Distribution, Level, Steps
@@ -617,20 +617,10 @@ def written_quantity(sweep: Mapping[str, Any], name: str) -> str | None:
         name: Of the axis.
     """
     points = [point[name] for point in sweep["points"] if name in point]
-    for text in _texts((sweep["parameters"].get(name), points)):
+    for _, text in texts_in((sweep["parameters"].get(name), points)):
         if quantity_or_text(text)[1] not in (None, Dimension.NONE):
             return text
     return None
-
-
-def _texts(written: Any) -> Iterator[str]:
-    """Give every text of what a sweep says of an axis: levels, ends, a distribution."""
-    if isinstance(written, str):
-        yield written
-    elif isinstance(written, Mapping):
-        yield from (text for item in written.values() for text in _texts(item))
-    elif isinstance(written, list | tuple):
-        yield from (text for item in written for text in _texts(item))
 
 
 def quantity_text(value: float, default: str | float) -> str:

@@ -20,7 +20,7 @@ import numpy as np
 from adeye.judge.evaluate import FAIL, INCONCLUSIVE, PASS, VERDICTS
 from adeye.judge.pairing import NOT_JUDGED, NOT_RUN
 from adeye.judge.requirements import measured
-from adeye.judge.verdict import Verdict
+from adeye.judge.verdict import WORST_FIRST, Verdict
 from adeye.report.gate.changes import Tolerances
 from adeye.report.gate.edits import edits_between
 from adeye.report.model.part import Count, Id, Margin, Part
@@ -40,9 +40,6 @@ _WORDS: Final = {
     NOT_RUN: Verdict.NOT_RUN,
     NOT_JUDGED: None,
 }
-_WORSE: Final = (Verdict.FAIL, Verdict.ERROR, Verdict.INVALID, Verdict.INCONCLUSIVE,
-                 Verdict.NOT_RUN, Verdict.VACUOUS, Verdict.PASS, None)  # fmt: skip
-"""As verdicts are folded over FSRs: the first is the worst."""
 
 Kind = Literal["added", "removed", "changed"]
 
@@ -433,7 +430,7 @@ def _flips(sides: tuple[_Campaign, _Campaign], pairs: _Pairs) -> Iterator[Flip]:
                     new_run=new.compared.result[after],
                 )
             )
-    yield from sorted(found, key=lambda flip: (_WORSE.index(flip.new), flip.fsr))
+    yield from sorted(found, key=lambda flip: (WORST_FIRST.index(flip.new), flip.fsr))
 
 
 def _moves(
