@@ -20,8 +20,11 @@ import yaml
 COMPLETED: Final = "completed"
 PROGRAM: Final = Path(__file__).with_name("program.py")
 PLUGIN: Final = Path(__file__).with_name("plugin.py")
-STEP_DEADLINE_S: Final = 2.0
-"""Long enough for an honest program on a busy machine, short enough to wait for."""
+TIMEOUT: Final = "channel_timeout"
+HANG_DEADLINE_S: Final = 2.0
+"""Of an answer of those that hang: short enough to wait for."""
+DEADLINE_S: Final = 60.0
+"""Of the others: all of them start at the same time, maybe on a busy machine."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +83,7 @@ def parameters(name: str = "", *, program: str = "./zoo.py") -> dict[str, Any]:
     return {
         "command": ["python3", "-I", "-S", "-B", program],
         "values": {"animal": name, "from_tick": FROM_TICK},
-        "start_deadline": "5 s",
-        "step_deadline": f"{STEP_DEADLINE_S:g} s",
+        "start_deadline": f"{DEADLINE_S:g} s",
+        "step_deadline": f"{HANG_DEADLINE_S if animal.outcome == TIMEOUT else DEADLINE_S:g} s",
         **animal.parameters,
     }

@@ -89,7 +89,7 @@ def at(address: str, animal: str = "", **content: Any) -> RemoteParameters:
         "address": address,
         "version": "zoo",
         "values": {"animal": animal, "from_tick": 3},
-        "start_deadline": "5 s",
+        "start_deadline": "60 s",
         "step_deadline": f"{PATIENCE_S} s",
     }
     return RemoteParameters.model_validate({**given, **content})
