@@ -138,6 +138,8 @@ _Asked = tuple[str, CheckedRequirement]
 """An FSR with the digest of what it is judged by, numeric uncertainty included."""
 _Place = tuple[str, str, str, str, int]
 """Scenario, architecture, fault entry, swept values and replicate: where a test case stands."""
+_Reason = tuple[str, str]
+"""A word of ``CAUSES`` and its subject."""
 
 
 def find_stale(repository: Repository, plan: CampaignPlan, campaign: CampaignInfo) -> Staleness:
@@ -158,6 +160,7 @@ def find_stale(repository: Repository, plan: CampaignPlan, campaign: CampaignInf
         item.result_digest: ("withdrawn", f"{item.author}: {item.reason}")
         for item in repository.evidence.withdrawals()
     }
+    voided = _voided(plan, withdrawn)
     evidence = 0
     groups: dict[tuple[str, str], list[tuple[str, str, str]]] = defaultdict(list)
     for stored in repository.again.evidence(campaign.id):
@@ -167,7 +170,7 @@ def find_stale(repository: Repository, plan: CampaignPlan, campaign: CampaignInf
         why = withdrawn.get(stored.result, why)
         for fsr in stored.fsrs:
             evidence += 1
-            reason = why or requirements.why(stored, fsr, is_inside=bool(here))
+            reason = why or requirements.why(stored, fsr, voided, is_inside=bool(here))
             if reason is not None:
                 # Of two places with one result one may still count, so that the pair does.
                 pairs[stored.result, fsr] = reason
@@ -192,8 +195,19 @@ def find_stale(repository: Repository, plan: CampaignPlan, campaign: CampaignInf
         counts=evidence - sum(item.evidence for item in stale),
         stale=tuple(stale),
         pairs=pairs,
-        **_needs(repository.again, plan, now, withdrawn, repository.location.beside),
+        **_needs(repository.again, plan, now, withdrawn, voided, repository.location.beside),
     )
+
+
+def _voided(plan: CampaignPlan, withdrawn: Mapping[str, _Reason]) -> dict[tuple[str, str], _Reason]:
+    """Find where the numeric uncertainty is unknown for a withdrawn run of its sample, and why."""
+    return {
+        (sample.architecture, sample.scenario): withdrawn[result]
+        for sample in plan.samples
+        for pair in pairs_of(plan, sample)
+        for result in (pair.result, pair.twin_result)
+        if result in withdrawn
+    }
 
 
 def _planned(
@@ -296,9 +310,17 @@ class _Requirements:
         }
         self._has_same_attributes = before == plan.files.odd.spec.attributes
 
-    def why(self, stored: StoredEvidence, fsr: str, *, is_inside: bool) -> tuple[str, str] | None:
+    def why(
+        self,
+        stored: StoredEvidence,
+        fsr: str,
+        voided: Mapping[tuple[str, str], _Reason],
+        *,
+        is_inside: bool,
+    ) -> _Reason | None:
         """Say why a verdict on a run that is still asked for does not count; None if it does."""
         now = self._now.get(fsr)
+        place = stored.architecture, stored.scenario
         if now is None or stored.architecture in now.not_applicable:
             return "not_asked", fsr
         if now.digest != self._digests[fsr]:
@@ -309,8 +331,9 @@ class _Requirements:
             return "judging", fsr
         if not now.concerns(stored.scenario, is_inside=is_inside):
             return "attributes", fsr
-        wanted = self._judged[fsr].get((stored.architecture, stored.scenario), now.digest)
-        return None if stored.fsrs[fsr] == wanted else ("uncertainty", fsr)
+        is_same = stored.fsrs[fsr] == self._judged[fsr].get(place, now.digest)
+        void = voided.get(place) if place in self._judged[fsr] else None
+        return void if is_same else ("uncertainty", fsr)
 
 
 def _needs(
@@ -318,6 +341,7 @@ def _needs(
     plan: CampaignPlan,
     now: Mapping[tuple[str, str, str], bool],
     withdrawn: Container[str],
+    voided: Container[tuple[str, str]],
     database: Path,
 ) -> dict[str, Any]:
     """Count what the files ask for, what is there, and what would bring the rest."""
@@ -336,6 +360,10 @@ def _needs(
             if architecture not in item.not_applicable and item.concerns(scenario, is_inside=inside)
         ]
         count["planned"] += len(asked) * len(results)
+        if (architecture, scenario) in voided:
+            # Nor is one that rests on a withdrawn twin.
+            at = architecture, scenario
+            asked = [(digest, item) for digest, item in asked if at not in judged[item.digest]]
         for first in range(0, len(results), CHUNK):
             part = results[first : first + CHUNK]
             numbers = again.numbers(part)

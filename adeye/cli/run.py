@@ -274,7 +274,16 @@ def run(
     else:
         files = {"html": report, "junit": junit, "json": report_json, "sarif": sarif}
         code = _write_after_run(files, db, summary, quiet=quiet)
-    raise typer.Exit(code)
+    raise typer.Exit(_of_files_as_they_are(plan, code))
+
+
+def _of_files_as_they_are(plan: CampaignPlan, code: int) -> int:
+    """Let nothing be green that the files no longer ask for: they were edited meanwhile."""
+    edited = plan.files.edited()
+    if edited:
+        said = f"edited while it ran: {', '.join(edited)}"
+        out.talk(out.clean(f"{said}; the verdicts are of what was read at first. Run again"))
+    return int(ExitCode.INCOMPLETE) if edited and code == ExitCode.OK else code
 
 
 def _require_one_lane(session: Session, asked: Sequence[object]) -> None:
@@ -314,7 +323,7 @@ def _tell_after(summary: CampaignSummary, wanted: Wanted, *, quiet: bool) -> Non
     if wanted == "all" and summary.reused:
         untold = f"no trace is kept now of {summary.reused:,} results that were there already"
         out.talk(f"note: {untold}; for their traces run into a new database: --db NEW")
-    if summary.never_began and not quiet:
+    if summary.never_began and summary.exit_code is not ExitCode.OK and not quiet:
         out.talk(out.clean(f"note: began in no run: {', '.join(summary.never_began)}", lines=True))
 
 

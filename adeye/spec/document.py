@@ -8,11 +8,12 @@ numbers found on the event stream before anything is built.
 
 from __future__ import annotations
 
+import hashlib
 import math
 import re
 import unicodedata
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache, wraps
 from pathlib import Path
 from typing import Any, Final, Protocol, TypeVar
@@ -435,12 +436,14 @@ class Document:
     Attributes:
         path: As given by the user.
         value: Plain Python data.
+        digest: sha256 of the file as it was read, in hex; empty of a text that is in none.
     """
 
     path: str
     value: Any
     _values: Mapping[Loc, SourceLocation]
     _keys: Mapping[Loc, SourceLocation]
+    digest: str = ""
 
     def locate(self, loc: Loc) -> SourceLocation:
         """Find the place of a part, or of the deepest part above it that exists."""
@@ -461,7 +464,9 @@ def load_document(path: str | Path) -> Document:
     Raises:
         SpecError: The file is missing, too large, no strict YAML, or empty.
     """
-    return parse_document(_read(Path(path)), str(path))
+    text = _read(Path(path))
+    digest = hashlib.sha256(text.encode()).hexdigest()
+    return replace(parse_document(text, str(path)), digest=digest)
 
 
 def parse_document(text: str, path: str) -> Document:

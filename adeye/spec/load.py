@@ -93,6 +93,16 @@ class OddFiles:
             for driver in scenario.spec.drivers.values():
                 yield locate_file(driver.file, scenario.path.parent)
 
+    def edited(self) -> tuple[str, ...]:
+        """List the YAML files that are no longer what was read, or are gone."""
+        found = {item.path: item.digest for item in self._documents() if item.digest}
+        return tuple(path for path, digest in found.items() if _digest_now(path) != digest)
+
+    def _documents(self) -> Iterator[Document]:
+        loaded: tuple[Loaded[Any], ...]
+        loaded = (self.odd, self.concept, *self.scenarios.values(), *self.architectures.values())
+        return (document for item in loaded for document in item.documents)
+
     def map_notes(self) -> dict[str, dict[str, int]]:
         """Count by map what was made of it, see ``places.map_notes``."""
         notes: dict[str, dict[str, int]] = {}
@@ -111,9 +121,7 @@ class OddFiles:
             elsewhere, by itself.
         """
         project = self.odd.path.resolve().parent.parent
-        loaded: tuple[Loaded[Any], ...]
-        loaded = (self.odd, self.concept, *self.scenarios.values(), *self.architectures.values())
-        read = (Path(document.path) for item in loaded for document in item.documents)
+        read = (Path(document.path) for document in self._documents())
         paths = {path.resolve() for path in (*read, *self.named_files(), *more)}
         found: dict[str, str] = {}
         for path in sorted(paths):
@@ -122,6 +130,14 @@ class OddFiles:
                 is_own = path.is_relative_to(project)
                 found[path.relative_to(project).as_posix() if is_own else digest] = digest
         return found
+
+
+def _digest_now(path: str) -> str:
+    """Hash a file as it is now; nothing where it cannot be read."""
+    try:
+        return file_digest(Path(path))
+    except OSError:
+        return ""
 
 
 def load_odd(path: str | Path) -> OddFiles:

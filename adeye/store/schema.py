@@ -53,7 +53,7 @@ def insert_only_ddl(table: str, dialect: str = "sqlite") -> tuple[str, ...]:
 
 # --- The version of a database: create, upgrade, and refuse what this version cannot read ---------
 
-_HEAD: Final = "0013"
+_HEAD: Final = "0014"
 _DEVELOPMENT: Final = frozenset(f"{number:04}" for number in range(1, int(_HEAD)))
 """Schemas from before the first release, which nothing upgrades."""
 _FOLDER: Final = Path(__file__).parent / "migrations"
@@ -124,6 +124,11 @@ def require_current(connection: Connection, location: Location) -> None:
     version = read_version(connection)
     if version == _HEAD:
         return
+    if version is None and catalog.is_empty(connection):
+        raise PlatformError(
+            f"database {location} was not made by adeye: it holds nothing. Name another file with "
+            "--db; a copy needs what ends in -wal beside the original, too (db copy takes it)"
+        )
     if version is None:
         raise PlatformError(
             f"database {location} was not made by adeye. Name another file with --db."

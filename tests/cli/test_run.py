@@ -66,6 +66,7 @@ class Campaign:
         self.summary: CampaignSummary | BaseException = SUMMARY
         self.report_error: Exception | None = None
         self.is_compiled = True
+        self.edited: tuple[str, ...] = ()
         self.plans: list[tuple[Any, dict[str, Any]]] = []
         self.runs: list[dict[str, Any]] = []
         self.reports: list[tuple[Any, ...]] = []
@@ -77,6 +78,7 @@ class Campaign:
             expansion=SimpleNamespace(count=12),
             is_compiled=self.is_compiled,
             compiled_parts=frozenset({"channel-nominal"}),
+            files=SimpleNamespace(edited=lambda: self.edited),
         )
 
     def run_campaign(self, _plan: Any, **options: Any) -> CampaignSummary:
@@ -110,6 +112,15 @@ def test_exit_code_is_the_summarys(adeye: Any, campaign: Campaign) -> None:
     for code in ExitCode:
         campaign.summary = replace(SUMMARY, exit_code=code)
         assert adeye("run", "odd.yaml").code == int(code)
+
+
+def test_what_was_edited_meanwhile_is_said_and_never_green(adeye: Any, campaign: Campaign) -> None:
+    campaign.edited = ("odd.yaml", "concept.yaml")
+    for code, expected in ((ExitCode.OK, 3), (ExitCode.FAILED, 1), (ExitCode.INTEGRITY, 4)):
+        campaign.summary = replace(SUMMARY, exit_code=code)
+        done = adeye("run", "odd.yaml", "--quiet")
+        assert done.code == expected
+        assert "edited while it ran: odd.yaml, concept.yaml;" in done.err
 
 
 def test_options_reach_the_campaign(adeye: Any, campaign: Campaign) -> None:

@@ -31,7 +31,7 @@ from tests.store.conftest import Store
 from tests.store.raw import unguarded
 from tests.stored import stored
 
-HELD = {"sqlite": "0013 eb0e5c175ac245ca", "postgresql": "0013 85da292b072c8b41"}
+HELD = {"sqlite": "0014 f470057dcedf79e2", "postgresql": "0014 0cf590d2946354f5"}
 """Version, and digest of all statements that make it."""
 
 NEXT: str = stored("plugins")["next_version"]
@@ -41,10 +41,10 @@ NEXT: str = stored("plugins")["next_version"]
 def next_version(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     folder = tmp_path / "migrations"
     shutil.copytree(Path(schema.__file__).parent / "migrations", folder)
-    (folder / "versions" / "0014_noticed.py").write_text(NEXT)
+    (folder / "versions" / "0015_noticed.py").write_text(NEXT)
     monkeypatch.setattr(schema, "_FOLDER", folder)
-    monkeypatch.setattr(schema, "_HEAD", "0014")
-    return "0014"
+    monkeypatch.setattr(schema, "_HEAD", "0015")
+    return "0015"
 
 
 def set_version(path: Path, version: str) -> None:
@@ -127,7 +127,7 @@ def test_database_is_upgraded(store: Store, request: pytest.FixtureRequest) -> N
 
 @pytest.mark.parametrize(
     ("version", "told"),
-    [("0001", "before.*again"), ("0012", "before.*again"), ("9999", "Use the newer release")],
+    [("0001", "before.*again"), ("0013", "before.*again"), ("9999", "Use the newer release")],
 )
 def test_database_of_another_release_is_refused(tmp_path: Path, version: str, told: str) -> None:
     path = tmp_path / "a.db"
@@ -146,6 +146,12 @@ READERS: dict[str, Callable[[Path], object]] = {
     "export": lambda path: open_export(path, None).__enter__(),
     "checks": lambda path: check_campaign(path, "1"),
 }
+
+
+def test_copy_without_its_log_is_told_what_it_lacks(tmp_path: Path) -> None:
+    path = tmp_path / "a.db"
+    path.touch()
+    refused(PlatformError, READERS["query"], path, says="ends in -wal beside the original")
 
 
 def test_database_of_someone_else_is_left_alone(tmp_path: Path) -> None:

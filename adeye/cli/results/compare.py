@@ -116,7 +116,8 @@ def _print_overview(comparison: Comparison) -> None:
         )
     elif any(not item.unmet for item in comparison.candidates):
         out.emit(
-            "Which one meets every mandatory FSR at least cost is not known: a cost is missing."
+            "Which one meets every mandatory FSR at least cost is not known: a cost is missing, or "
+            "one that costs no more was not executed to the end."
         )
     else:
         out.emit("No architecture meets every mandatory FSR.")

@@ -359,11 +359,17 @@ class Candidates:
 
 
 def _cheapest(candidates: Sequence[records.Candidate]) -> tuple[str, ...]:
-    """Name the cheapest for which every mandatory FSR passes; nobody if a price is missing."""
+    """Name the cheapest for which every mandatory FSR passes; nobody while it is not known.
+
+    It is not where one of them has no price, or where one that costs no more than they do may still
+    meet everything: nothing of it fails, but not all was executed.
+    """
     good = [item for item in candidates if item.mandatory > 0 and not item.unmet]
     if not good or any(item.cost is None for item in good):
         return ()
     least = min(item.cost.total for item in good if item.cost is not None)
+    if any(item.is_open and (item.cost is None or item.cost.total <= least) for item in candidates):
+        return ()
     return tuple(item.id for item in good if item.cost is not None and item.cost.total == least)
 
 

@@ -208,6 +208,14 @@ class Candidate(Part):
     dominated_by: str | None = None
 
     @property
+    def is_open(self) -> bool:
+        """Whether it may yet meet every mandatory FSR: none fails, and not all was executed."""
+        failed = {Verdict.FAIL, None}
+        return bool(self.unmet and self.unexecuted) and all(
+            item.verdict not in failed for item in self.unmet
+        )
+
+    @property
     def suite(self) -> str:
         """How many sensors of which kind, for tables."""
         return " + ".join(

@@ -260,7 +260,7 @@ def unbegun_events(connection: Connection, campaign: str) -> tuple[tuple[str, st
     )
     executed = runs.format("", "")
     began = runs.format(
-        "JOIN event e ON e.run_number = r.number",
+        f"JOIN event e ON e.run_number = r.number AND {standing('r.result_digest')}",
         "AND e.kind = 'storyboard' AND e.text LIKE '% begins' AND e.subject = ?",
     )
     return tuple(

@@ -495,8 +495,18 @@ def gate_code(
     beside += [_repeats(count, name) for name, count in repeated.items() if count]
     injected = repository.injected_faults(campaign.id)
     beside += [f"fault {name} {reason}" for name, reason in idle_faults((), injected)]
+    if unbegun := _unbegun(repository, campaign):
+        beside.append(f"began in no run: {unbegun}")
     also = [*contacts_in_words(repository, campaign), *beside, *map(str, told)]
     return code, _passed(campaign, aside, also)
+
+
+def _unbegun(repository: Repository, campaign: CampaignInfo) -> str:
+    """Name the events that began in no run, need not, and do not say so."""
+    found = repository.unbegun_events(campaign.id)
+    return ", ".join(
+        f"{event} of {scenario}" for scenario, event, optional in found if not optional
+    )
 
 
 def in_gate(

@@ -34,7 +34,7 @@ def heading(name: str) -> tuple[str, str]:
     """Read the first two lines of the comment above a statement.
 
     >>> heading("v_check_not_run")[0]
-    'Planned test cases have no result.'
+    'Planned test cases, or twins with half the step, have no result that counts.'
     """
     first, second, *_ = _lines(name)
     return first.removeprefix("-- "), second.removeprefix("-- ")

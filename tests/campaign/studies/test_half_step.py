@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from adeye.campaign import run as runner
+from adeye.campaign.integrity import check_stored
 from adeye.campaign.plan import CampaignPlan
 from adeye.campaign.replay import describe_run, replay_run, rerun
 from adeye.campaign.selection import Choice, Shard
@@ -388,6 +389,30 @@ def test_asking_later_executes_only_twins(asked: Executed, make_project: MakePro
     assert count_rows(project.db, "run") == RUNS + TWINS
     with Repository.open(project.db, create=False) as repository:
         assert repository.verify() == ()
+
+
+@pytest.mark.slow
+def test_withdrawn_twin_leaves_no_verdict_that_counts(make_project: MakeProject) -> None:
+    project = make_project(ASKED)
+    project.run()
+    assert staleness(project).is_complete
+    (twin,) = rows(project.db, "SELECT MIN(result_digest) FROM half_step")[0]
+    with Repository.open(project.db, create=False) as repository:
+        assert repository.evidence.withdraw(twin, author="J. Doe", reason="wrong map")
+    found = staleness(project)
+    place = """FROM half_step h JOIN campaign_case c ON c.result_digest = h.origin_digest
+        WHERE h.result_digest = ?"""
+    [(architecture, scenario)] = rows(
+        project.db, f"SELECT DISTINCT c.architecture, c.scenario {place}", twin
+    )
+    assert [item.cause for item in found.stale] == ["withdrawn"]
+    assert found.stale[0].architectures == (architecture,)
+    assert found.counts == found.there == found.planned - found.stale[0].evidence
+    assert not found.is_complete
+    broken = known(check_stored(project.db)).findings
+    assert [(item.rule, item.id) for item in broken if "half the step" in item.detail] == [
+        ("not_run", scenario)
+    ]
 
 
 def test_odd_that_does_not_ask_is_the_content_that_it_was(make_project: MakeProject) -> None:

@@ -8,7 +8,14 @@ from pydantic import ValidationError
 
 from adeye.errors import UsageError
 from adeye.judge.verdict import Verdict
-from adeye.report.comparison.records import CompareOptions, Cost, Unmet
+from adeye.report.comparison.candidates import _cheapest
+from adeye.report.comparison.records import (
+    Candidate,
+    CompareOptions,
+    Cost,
+    Unexecuted,
+    Unmet,
+)
 from adeye.report.model.report import Report
 from adeye.report.page.html import render, render_comparison
 from tests.refusals import refused
@@ -63,6 +70,25 @@ def test_cheapest_comes_first_and_what_has_no_price_last() -> None:
         cheapest=(),
     )
     assert [item.id for item in found.by_cost] == ["cheap", "dear", "unknown"]
+
+
+def test_cheapest_is_not_known_while_one_that_costs_no_more_is_open() -> None:
+    def priced(name: str, total: float, **more: Any) -> Candidate:
+        return candidate(name, cost=Cost(total=total, declared=total, parts={}), **more)
+
+    missing = (Unexecuted(scenario="cut_in", planned=4, missing=2),)
+    good = priced("good", 5.0, mandatory=1)
+    not_run = Unmet(fsr="FSR-01", verdict=Verdict.NOT_RUN)
+    failing = Unmet(fsr="FSR-01", verdict=Verdict.FAIL)
+    for total, unmet, unexecuted, expected in (
+        (5.0, not_run, missing, ()),
+        (6.0, not_run, missing, ("good",)),
+        (1.0, failing, missing, ("good",)),
+        (1.0, Unmet(fsr="FSR-01", verdict=None), missing, ("good",)),
+        (1.0, Unmet(fsr="FSR-01", verdict=Verdict.VACUOUS), (), ("good",)),
+    ):
+        other = priced("other", total, unmet=(unmet,), unexecuted=unexecuted, mandatory=1)
+        assert _cheapest((good, other)) == expected
 
 
 def test_words_for_a_suite_and_for_what_it_does_not_meet() -> None:
