@@ -425,6 +425,7 @@ def replacing(path: Path) -> Iterator[Path]:
         with _into_stream(path) as temporary:
             yield temporary
         return
+    path = Path(os.path.realpath(path))  # a link stays, and leads to what is new
     temporary = _beside(path)
     try:
         with _refusals_in_words(path):

@@ -7,6 +7,7 @@ older state of one in memory is refused.
 
 from __future__ import annotations
 
+import _thread
 import ast
 import hashlib
 import importlib.util
@@ -442,11 +443,21 @@ _HOME: Final = f"{os.path.realpath(Path(__file__).parent)}{os.sep}"
 _sealed: Final[dict[int, _Seal]] = {}
 """Who works in each thread that may read only what an identity holds."""
 _OF_SYSTEM: Final = ("/proc/", "/sys/", "/usr/share/", "/usr/lib/", "/etc/ssl/", "/etc/localtime")
-_KEPT_CODE: Final = (".nbi", ".nbc")
-"""Endings of what numba keeps compiled."""
-_OPENS: Final = {"open": 0, "sqlite3.connect": 0, "ctypes.dlopen": 0}
+_KEPT_CODE: Final = re.compile(r".*/__pycache__/[^/]+\.nb[ic]")
+"""What numba keeps compiled."""
+_OPENS: Final = {"open": 0, "ctypes.dlopen": 0}
 """Events of files that are opened, by the place of the name among what is told of them."""
 _THREAD: Final = "_thread.start_new_thread"
+_LISTS: Final = {"os.listdir": 0, "os.scandir": 0}
+"""Events of folders that are listed."""
+_IMPORTS: Final = ("<frozen importlib", f"{sysconfig.get_path('stdlib')}{os.sep}importlib{os.sep}")
+"""Who looks for modules, whose sources are compared where they are loaded."""
+_STARTS: Final = (
+    (_thread, "start_new_thread"),
+    (_thread, "start_new"),
+    (threading, "_start_new_thread"),
+)
+"""Where Python keeps what begins a thread."""
 _LEAVES: Final = {
     *(
         _THREAD,
@@ -457,6 +468,7 @@ _LEAVES: Final = {
         "os.exec",
     ),
     *("os.fork", "os.forkpty", "socket.connect"),
+    "sqlite3.connect",  # nothing tells of a file that is attached to a database
 }
 """Events after which nobody sees what is read."""
 
@@ -497,19 +509,21 @@ class _Seal:
 def _listen() -> None:
     """Have Python ask before it opens a file; that cannot be taken back (PEP 578)."""
     sys.addaudithook(_refuse_unknown)
-    start = threading.Thread.start
+    start = _thread.start_new_thread
 
     @wraps(start)
-    def start_unsealed(thread: threading.Thread) -> None:
+    def start_unsealed(*asked: Any) -> int:
         # Python 3.11 tells of no thread that begins.
         _refuse_unknown(_THREAD, ())
-        start(thread)
+        return start(*asked)
 
-    threading.Thread.start = start_unsealed  # type: ignore[assignment, method-assign]
+    for module, name in _STARTS:
+        if hasattr(module, name):
+            setattr(module, name, start_unsealed)
 
 
 def _refuse_unknown(event: str, arguments: tuple[Any, ...]) -> None:
-    if not _sealed or (event not in _OPENS and event not in _LEAVES):
+    if not _sealed or (event not in _OPENS and event not in _LEAVES and event not in _LISTS):
         return
     seal = _sealed.get(threading.get_ident())
     said = None if seal is None else _unknown(event, arguments)
@@ -527,8 +541,10 @@ def _unknown(event: str, arguments: tuple[Any, ...]) -> str | None:
             f"does {event}: what is read then is in no identity. It may compute in its own thread "
             "and process only"
         )
-    path = arguments[_OPENS[event]]
-    if path is None or isinstance(path, int) or path in {":memory:", b":memory:", ""}:
+    path = arguments[(_OPENS | _LISTS)[event]]
+    if event in _LISTS:
+        return _unlisted(path)
+    if path is None or isinstance(path, int) or path == "":
         return None
     if event == "open" and arguments[2] & os.O_ACCMODE == os.O_WRONLY:
         return None
@@ -544,9 +560,18 @@ def _unknown(event: str, arguments: tuple[Any, ...]) -> str | None:
     )
 
 
+def _unlisted(path: str | bytes | int | None) -> str | None:
+    """Say that a folder is listed whose files are in no identity; None if it may be."""
+    caller = sys._getframe(3).f_code.co_filename
+    place = str(path) if isinstance(path, int) else os.path.realpath(os.fsdecode(path or "."))
+    if caller.startswith(_IMPORTS) or _is_known(f"{place}{os.sep}"):
+        return None
+    return f"lists {place}: which files are there is in no identity. Name those that it reads"
+
+
 def _is_known(place: str) -> bool:
     """Tell whether a file is in an identity, of the system, or of an installed package."""
-    if place in _HASHED or place.startswith((*_OF_SYSTEM, _HOME)) or place.endswith(_KEPT_CODE):
+    if place in _HASHED or place.startswith((*_OF_SYSTEM, _HOME)) or _KEPT_CODE.fullmatch(place):
         return True
     if place.endswith(".pyc"):  # its source is compared with it where it is loaded
         folder, _, file = place.rpartition("/__pycache__/")
@@ -556,19 +581,22 @@ def _is_known(place: str) -> bool:
     return place in _HASHED or place.startswith(tuple(f"{path}{os.sep}" for path in places))
 
 
-def require_executed(name: str, packages: Iterable[str], before: Collection[str]) -> None:
+def require_executed(
+    name: str, packages: Iterable[str], before: Collection[str], files: Iterable[File]
+) -> None:
     """Refuse packages whose modules in memory are not what their files are now.
 
     Args:
         name: The part, as the user wrote it.
         packages: Top levels of the names of modules that it was loaded from.
         before: Names of the modules that were in memory before it was loaded.
+        files: All that it is hashed by; whoever is in memory of one of these is looked at, too.
 
     Raises:
         SpecError: A file was changed since its module was imported, or the byte code beside it,
             which Python trusts by time and size, is of another source.
     """
-    for package in packages:
+    for package in sorted({*packages, *_packages_of(files)}):
         now = wall_time()
         since = _LOOKED.get(package, _process_start())
         for key, module in _in_memory(package):
@@ -594,6 +622,14 @@ def require_unwritten(name: str, files: Iterable[File], since: float) -> None:
                 f"{name}: {path} was written while it was being executed",
                 remedy="Run again once it is as it is to stay; code does not write itself.",
             )
+
+
+def _packages_of(files: Iterable[File]) -> Iterator[str]:
+    """Give the top levels of the modules that were imported from some files."""
+    places = {str(place) for _, path in files for place in (path, path.resolve())}
+    for key, module in list(sys.modules.items()):
+        if getattr(module, "__spec__", None) and getattr(module, "__file__", None) in places:
+            yield key.partition(".")[0]
 
 
 def _in_memory(package: str) -> Iterator[tuple[str, ModuleType]]:

@@ -345,7 +345,7 @@ def _from_file(
         raise SpecError(f"{name}: there is no file {path}", remedy=_FORM)
     since, content, before = wall_time(), path.read_bytes(), frozenset(sys.modules)
     files = [(path.name, path)]
-    digest = code_digest(with_imports(files), is_file=True)
+    digest = code_digest(code := with_imports(files), is_file=True)
     known = _CACHE.get((str(path), attribute, digest))
     if known is None:
         module = _execute(name, path, content, digest, entering)
@@ -357,7 +357,7 @@ def _from_file(
             del sys.modules[module.__name__]
             raise
         known = _remember((str(path), attribute, digest), name, module, is_nameable)
-    require_executed(name, own_imports(files), before)
+    require_executed(name, own_imports(files), before, code)
     return known if known.name == name else Part(known.obj, name, digest, known.version)
 
 
@@ -409,8 +409,8 @@ def _from_module(
             raise
         raise _import_error(name, source, error) from error
     files = _module_files(name, module)
-    require_executed(name, (source.partition(".")[0], *own_imports(files)), before)
     digest = files_digest(code := with_imports(files))
+    require_executed(name, (source.partition(".")[0], *own_imports(files)), before, code)
     if source not in before:
         require_unwritten(name, code, since)
     known = _CACHE.get((source, attribute, digest))

@@ -67,6 +67,16 @@ def test_link_to_a_folder_stays_and_its_folder_is_replaced(tmp_path: Path) -> No
     assert sorted(tmp_path.iterdir()) == [link, folder]
 
 
+def test_link_to_a_file_stays_and_leads_to_what_is_new(tmp_path: Path) -> None:
+    path, link = tmp_path / "kept" / "a.json", tmp_path / "latest.json"
+    path.parent.mkdir()
+    path.write_text("{}")
+    link.symlink_to(path)
+    write_atomically(b'{"a": 1}', link)
+    assert (link.readlink(), path.read_text()) == (path, '{"a": 1}')
+    assert sorted(tmp_path.iterdir()) == [path.parent, link]
+
+
 def test_folder_that_cannot_take_its_place_leaves_the_old_one(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -2,6 +2,7 @@
 
 import hashlib
 import importlib
+import json
 import os
 import subprocess
 import sys
@@ -9,6 +10,7 @@ import zipfile
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
+from importlib.machinery import PathFinder
 from pathlib import Path
 
 import numpy as np
@@ -169,6 +171,23 @@ def process(package: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """This process, as if it began when the package was there."""
     began = (package / "core.so").stat().st_ctime
     monkeypatch.setattr(plugin_code, "_process_start", lambda: began)
+
+
+def test_helper_on_a_path_that_the_plugin_adds_is_refused_once_it_changed(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    (folder / "helping.py").write_text("FACTOR = 1\n")
+    (folder / "mine.py").write_text(
+        "import sys\nfrom pathlib import Path\n"
+        "sys.path.insert(0, str(Path(__file__).parent))\n"
+        "from helping import FACTOR\nclass Mine:\n    factor = FACTOR\n"
+    )
+    assert load_part("./mine.py:Mine", folder).obj.factor == 1
+    edited(folder / "helping.py")
+    with pytest.raises(SpecError, match=r"helping is in memory as it was before .*helping\.py"):
+        load_part("./mine.py:Mine", folder)
+    del sys.modules["helping"]
 
 
 @pytest.mark.usefixtures("process")
@@ -481,7 +500,12 @@ def test_sealed_part_cannot_read_what_it_does_not_name(folder: Path) -> None:
         "subprocess.check_output(['cat', path])",
         "os.system('cat ' + path)",
         "os.fork()",
+        "_thread.start_new_thread(open, (path,))",
         "sqlite3.connect(path)",
+        "sqlite3.connect(':memory:')",
+        "os.listdir(folder)",
+        "list(pathlib.Path(folder).glob('gain*'))",
+        "list(os.walk(folder))",
         "ctypes.CDLL(path)",
         "os.open('gain.txt', os.O_RDONLY, dir_fd=os.open(folder, os.O_RDONLY))",
         "open(os.open(path, os.O_RDWR))",
@@ -519,7 +543,15 @@ def test_refusal_that_is_swallowed_is_told_at_the_end(folder: Path) -> None:
         assert (folder / "none.txt").exists() is False
 
 
-_MODULES = ("ast", "ctypes", "os", "sqlite3", "subprocess", "threading", "zipfile")
+_MODULES = (
+    *("_thread", "ast", "ctypes", "os", "pathlib", "sqlite3", "subprocess", "threading", "zipfile"),
+)
+
+
+def test_sealed_part_may_import_and_list_what_is_installed(folder: Path) -> None:
+    with sealed("./mine.py:Mine"):
+        assert PathFinder.find_spec("not_there", [str(folder)]) is None
+        assert "json" in os.listdir(Path(json.__file__).parents[1])  # noqa: PTH208 - as a guest may
 
 
 def test_sealed_part_imports_and_reads_what_is_hashed(

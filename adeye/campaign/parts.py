@@ -10,7 +10,7 @@ from __future__ import annotations
 import os
 import re
 import threading
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Container, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 from functools import wraps
@@ -216,12 +216,36 @@ def _files(loaded: Loaded[Architecture]) -> Iterator[ReadFile]:
             if len(found) == 1 and isinstance(spec, CommandChannel):
                 found[file.path] = spec.parameters.command[0]
             yield file
+        if isinstance(spec, CommandChannel):
+            _require_counted(loaded, channel, spec.parameters.command, found)
         # What Python finds beside its program is a part of it, listed or not.
         with placed(loaded.locate(("channels", channel)), f"channel {channel}: "):
             beside = {path for file, by in found.items() for path in imports_beside(file, by)}
         for path in sorted(beside - found.keys()):
             name = f"{HERE}{path.relative_to(loaded.path.parent.resolve())}"
             yield plugins.read_file(f"channels.{channel}", name, loaded.path.parent)
+
+
+def _require_counted(
+    loaded: Loaded[Architecture], channel: str, command: Sequence[str], counted: Container[Path]
+) -> None:
+    """Refuse words of a command that mean files which no identity has: results would be reused."""
+    for at, word in enumerate(command):
+        name = word.rpartition("=")[2]
+        if at == 0 or word.startswith(HERE) or name.startswith(_OF_SYSTEM):
+            continue
+        for path in (loaded.path.parent / name, Path(name)):
+            # Unlike Path.is_file it takes any text, however long.
+            if os.path.isfile(path) and path.resolve() not in counted:  # noqa: PTH113
+                raise SpecError(
+                    f"channel {channel}: {shown(word)} means a file that is in no identity",
+                    where=loaded.locate(("channels", channel, "parameters", "command", at)),
+                    remedy=f"Write it as {HERE}file beside this file, or list it in files.",
+                )
+
+
+_OF_SYSTEM: Final = ("/usr/", "/opt/", "/bin/", "/lib", "/dev/", "/proc/")
+"""Where installed software lies, which no identity has; its version belongs into ``version``."""
 
 
 def _plugin(

@@ -175,6 +175,7 @@ _REMEDY: Final = (
     "Write words joined by and, or, not and parentheses, such as 'cut_in and not gap=30'; "
     "put a word with a space into double quotes."
 )
+_COMPARES: Final = re.compile(r"[<>]|==|!=")
 _TOKEN: Final = re.compile(r'\s*(?:([()])|((?:"[^"]*"|[^\s()"])+))')
 _CLOSE: Final = 1e-9
 """Relative difference of two numbers that are the same quantity in different units."""
@@ -273,7 +274,10 @@ class _Reader:
             return inner
         if not self.tokens or self.tokens[0] in {")", "and", "or"}:
             raise _refuse(self.text, "lacks a word")
-        return _word(self.tokens.pop(0).replace('"', ""))
+        word = self.tokens.pop(0).replace('"', "")
+        if _COMPARES.search(word):
+            raise _refuse(self.text, f"has {word!r}: a value is asked for as name=value only")
+        return _word(word)
 
     def _has(self, token: str) -> bool:
         if self.tokens[:1] == [token]:

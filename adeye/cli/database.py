@@ -198,7 +198,8 @@ def verify(db: Db = None, json: Json = False) -> None:
     Also what is gone is named, what was never written by adeye, and a campaign whose Merkle root is
     not the one that it had when it was complete.
 
-    Exit codes: 0 intact, 4 something was altered, is missing or does not belong.
+    Exit codes: 0 intact, 3 there is no campaign, 4 something was altered, is missing or does not
+    belong.
 
     Examples:
         adeye db verify
@@ -210,12 +211,15 @@ def verify(db: Db = None, json: Json = False) -> None:
         findings = (*repository.verify(), *altered_files(repository))
         left = left_files(repository)
         rows = sum(repository.info().rows.values())
+        is_empty = repository.latest_campaign() is None
     if json:
         out.emit_json("db-verify", {"rows": rows, "findings": findings})
     else:
         for finding in findings:
             out.emit_line(finding)
-        if not findings:
+        if is_empty and not findings:
+            out.emit("Nothing to verify: the database has no campaign.")
+        elif not findings:
             out.emit(f"Intact: {rows} rows are as they were written.")
     if left:
         out.talk(
@@ -230,6 +234,8 @@ def verify(db: Db = None, json: Json = False) -> None:
             f"IntegrityError: {len(findings)} findings in {rows} rows. Restore it from a copy."
         )
         raise typer.Exit(ExitCode.INTEGRITY)
+    if is_empty:
+        raise typer.Exit(ExitCode.INCOMPLETE)
 
 
 def prove(

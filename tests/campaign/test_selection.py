@@ -298,6 +298,8 @@ def test_what_is_no_choice_is_refused() -> None:
         ("a)", "has ')' where"),
         ("(a", "parenthesis"),
         ('"a', "quote"),
+        ("gap<=30", "name=value only"),
+        ("gap==30", "name=value only"),
         ("(" * deep + "a" + ")" * deep, "nested"),
         ("not " * deep + "a", "nested"),
         ("a" * (MAX_LENGTH + 1), "longer than"),

@@ -74,6 +74,12 @@ def test_verify_names_an_altered_row_and_ends_with_4(adeye: Any, odd_db: Path) -
     assert "odd" in {finding["table"] for finding in ended.document["findings"]}
 
 
+def test_nothing_is_no_intact_database(adeye: Any) -> None:
+    adeye("db", "upgrade", "--db", "empty.db").ok  # noqa: B018 - it has to end with 0
+    ended = adeye("db", "verify", "--db", "empty.db")
+    assert (ended.code, ended.out) == (3, "Nothing to verify: the database has no campaign.\n")
+
+
 def test_rights_are_those_of_a_server(adeye: Any) -> None:
     assert "this database is a file" in adeye("db", "grant", "alice", "--db", "some.db").refused
 

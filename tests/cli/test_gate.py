@@ -178,7 +178,9 @@ def test_stored_campaign_is_named_by_its_number(adeye: Any, project: Project) ->
     for arguments in ((), ("1",)):
         ended = adeye("check", *arguments, "--db", str(project.db))
         assert ended.code == 1
-        assert "not_run: Planned test cases, or twins with half the step, have no result" in ended.out
+        assert (
+            "not_run: Planned test cases, or twins with half the step, have no result" in ended.out
+        )
         assert "cut_in: 12 of 12 test cases of camera_radar have no result" in ended.out
         assert ended.out.strip().endswith("by 1 of 31 rules.")
 

@@ -40,7 +40,7 @@ from adeye.store.schema import opened, require_current
 from adeye.store.tables import LEDGER, kept_trace, metadata
 from adeye.store.views import ensure_scenario_views
 from adeye.store.write.content import executable_digest
-from adeye.store.write.planning import save_use
+from adeye.store.write.planning import save_use, used_at
 from adeye.store.write.queue import add_block, close_blocks
 
 """Altered rows that a message names."""
@@ -222,8 +222,10 @@ class _Merge:
         blocks = sum(close_blocks(self._into, campaign) for campaign in self._waiting())
         if new:
             ensure_scenario_views(self._into)
-        if ids and latest_id(self._into) != ids[-1]:
-            save_use(self._into, ids[-1])
+        now = used_at(self._into)
+        for name, at in used_at(self._source).items():
+            if at > now[name]:  # who was planned last stays so, whoever is merged into whom
+                save_use(self._into, name, at)
         kept = "SELECT COUNT(DISTINCT run_number) FROM kept_trace"
         left = int(self._source.exec_driver_sql(kept).scalar_one())
         return Merged(str(self._path), ids, self._runs, self._rows, blocks, left)
@@ -398,7 +400,7 @@ class _Merge:
         return IntegrityError(
             f"database {self._path}: {table.name} {key} has another {column} than the database it "
             "is merged into. Both were checked, so two executions differ, or other content has "
-            "the same name; nothing was merged."
+            f"the same name; nothing of {self._path} was merged."
         )
 
 

@@ -284,9 +284,23 @@ def _identity(record: CampaignRecord) -> SelectionHash:
     return SelectionHash(record.odd.digest, concept, _gate_text(record), _judging_text(record))
 
 
-def save_use(connection: Connection, campaign_id: str) -> None:
-    """Note that a campaign is the latest, although others have a larger number or were used."""
-    add_numbered(connection, tables.campaign_use, campaign_id, encoding.utc_text(None))
+def save_use(connection: Connection, campaign_id: str, at: str = "") -> None:
+    """Note when a campaign was planned again: now, so that it is the latest, unless said."""
+    add_numbered(connection, tables.campaign_use, campaign_id, at or _now(connection))
+
+
+def used_at(connection: Connection) -> dict[str, str]:
+    """Read when each campaign was planned last."""
+    found = connection.exec_driver_sql(
+        "SELECT c.id, COALESCE(MAX(u.at), c.created_at) FROM campaign c "
+        "LEFT JOIN campaign_use u ON u.campaign_id = c.id GROUP BY c.id, c.created_at"
+    )
+    return {row[0]: row[1] for row in found}
+
+
+def _now(connection: Connection) -> str:
+    """Tell the time, which never goes back: what is planned now is the latest."""
+    return max([encoding.utc_text(None), *used_at(connection).values()])
 
 
 def _save_test_cases(
@@ -375,7 +389,7 @@ def save_campaign(
         connection,
         tables.campaign,
         campaign_id,
-        encoding.utc_text(None),
+        _now(connection),
         record.odd.id,
         record.odd.digest,
         concept_record(record.concept).digest,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import sqlite3
 from collections.abc import Iterator, Sequence
+from itertools import permutations
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +18,8 @@ from adeye.campaign.selection import Choice, Keyword, Shard
 from adeye.campaign.traces import altered_files, copy_campaigns
 from adeye.errors import InputError, IntegrityError, PlatformError
 from adeye.judge.verdict import Verdict
+from adeye.store import encoding, tables
 from adeye.store import ledger as inserting
-from adeye.store import tables
 from adeye.store.database import Database
 from adeye.store.evidence.roots import folder_of
 from adeye.store.location import locate
@@ -41,7 +42,7 @@ from tests.project import (
 from tests.sql import alter, rows
 from tests.store.conftest import Example, Store
 from tests.store.rows import result_table_hash
-from tests.stored import stored
+from tests.stored import known, stored
 
 
 @pytest.fixture(scope="module")
@@ -80,6 +81,37 @@ def test_shards_merged_are_one_campaign(mini: Executed, parts: Path, tmp_path: P
     again = run_campaign(mini.project.plan(), db=db)
     assert (again.executed, again.exit_code) == (0, mini.summary.exit_code)
     assert again.verdicts == mini.summary.verdicts
+
+
+def planned_at(db: Path, example: Example, *plans: tuple[int, str]) -> dict[int, str]:
+    """Plan campaigns of so many cases, each at a time of day."""
+    found: dict[int, str] = {}
+    with Repository.open(db) as repository:
+        for count, at in plans:
+            with pytest.MonkeyPatch.context() as patch:
+                patch.setattr(encoding, "utc_text", lambda _, at=at: at)
+                found[count] = Store(repository, example).campaign(count)
+    return found
+
+
+def latest(db: Path) -> str:
+    with Repository.open(db, create=False) as repository:
+        return known(repository.latest_campaign()).id
+
+
+def test_latest_is_who_was_planned_last_whatever_is_merged_into_what(tmp_path: Path) -> None:
+    day = "2026-01-0{}T00:00:00.000+00:00".format
+    example = Example()
+    first = planned_at(tmp_path / "first.db", example, (4, day(1)), (2, day(3)), (4, day(5)))
+    planned_at(tmp_path / "second.db", example, (3, day(2)), (2, day(4)), (3, day(3)))
+    assert latest(tmp_path / "second.db") != first[2]  # the clock went back, and yet it is later
+    for number, names in enumerate(permutations(("first.db", "second.db"))):
+        db = tmp_path / f"{number}.db"
+        merged(db, *(tmp_path / name for name in names))
+        assert latest(db) == first[4]
+        sound(db)
+        merged(db, tmp_path / "second.db")
+        assert latest(db) == first[4]
 
 
 @pytest.mark.slow
