@@ -397,8 +397,13 @@ def _require_same_files(path: Path, merged: _Merged) -> None:
                     f"{shown(text)} is inherited from another folder, "
                     f"and would be {shown(str(ours))}",
                     where=where,
-                    remedy=f"Name {shown(str(theirs))} in {path}, relative to that.",
+                    remedy=f"Name {shown(_as_named_in(theirs, path))} in {path}.",
                 )
+
+
+def _as_named_in(file: Path, heir: Path) -> str:
+    """Write the path of a file as it is named in another."""
+    return os.path.relpath(file.resolve(), heir.parent.resolve())
 
 
 def _meant(text: str) -> Iterator[str]:

@@ -89,8 +89,9 @@ class CaseChange(Part):
     kind: Kind
     case: Case
     why: tuple[str, ...] = ()
-    """What of a changed one is another: scenario, parameters, architecture, faults, seed, step, or
-    numerics, which is the code that executes it."""
+    """What of a changed one is another: scenario, parameters, architecture, faults, seed, step,
+    plugins, which is their code and files where both were executed, or numerics, which is the code
+    of adeye."""
     old_run: str = ""
     new_run: str = ""
 
@@ -271,22 +272,40 @@ def _fsrs(repository: Repository, old: _Campaign, new: _Campaign) -> Iterator[Fs
     )
     changed = [name for name in now if name in then and measured(now[name]) != measured(then[name])]
     again = _Again.read(repository, old, new) if changed else None
+    recoded = _recoded(old, new, changed)
     for name in dict.fromkeys([*now, *then]):
         if name not in then:
             yield FsrChange(kind="added", fsr=name, new_measure=now[name].measure)
         elif name not in now:
             yield FsrChange(kind="removed", fsr=name, old_measure=then[name].measure)
-        elif then[name] != now[name]:
+        elif then[name] != now[name] or name in recoded:
             was, has = (item.model_dump(mode="json") for item in (then[name], now[name]))
             yield FsrChange(
                 kind="changed",
                 fsr=name,
-                edits=tuple(map(EditTold.of, edits_between(was, has))),
+                edits=(*map(EditTold.of, edits_between(was, has)), *recoded.get(name, ())),
                 old_measure=then[name].measure,
                 new_measure=now[name].measure,
-                is_measured_otherwise=name in changed,
+                is_measured_otherwise=name in changed or name in recoded,
                 rejudged=tuple(again.told(name)) if again and name in changed else (),
             )
+
+
+def _recoded(
+    old: _Campaign, new: _Campaign, changed: Collection[str]
+) -> dict[str, tuple[EditTold]]:
+    """Tell of FSRs that read as they did and are judged by something else: code, attributes."""
+    was, has = (
+        dict(zip(side.compared.fsrs, side.compared.fsr_digests, strict=True)) for side in (old, new)
+    )
+    return {
+        name: (EditTold(path=_JUDGED_BY, old=was[name][:12], new=has[name][:12]),)
+        for name in has
+        if name in was and was[name] != has[name] and name not in changed
+    }
+
+
+_JUDGED_BY: Final = "code of the metric, attributes of the ODD or version of judging"
 
 
 @dataclass(frozen=True, eq=False)
@@ -398,10 +417,15 @@ def _why(executed: Callable[[str, str], str], then: Made, now: Made) -> tuple[st
             "parameters": item.parameters,
             "seed": item.seed,
             "step": item.step_s,
+            "plugins": item.plugins_digest,
         }
         for item in (then, now)
     ]
-    found = tuple(name for name in digests[0] if digests[0][name] != digests[1][name])
+    found = tuple(
+        name
+        for name in digests[0]
+        if digests[0][name] != digests[1][name] and None not in {digests[0][name], digests[1][name]}
+    )
     return found or ("numerics",)
 
 

@@ -449,7 +449,7 @@ def read_compared(
 
 @dataclass(frozen=True, slots=True)
 class Made:
-    """What a test case is made of, beside the code that executes it.
+    """What a test case is made of, beside the code of adeye.
 
     Attributes:
         scenario_digest: Of the stored content.
@@ -458,6 +458,7 @@ class Made:
         parameters: As JSON.
         seed: Of the ODD.
         step_s: Master clock [s].
+        plugins_digest: Of the code and files of plug-ins; None where there is no result.
     """
 
     scenario_digest: str
@@ -466,13 +467,16 @@ class Made:
     parameters: str
     seed: int
     step_s: float
+    plugins_digest: str | None
 
 
 def read_made(connection: Connection, campaign_id: str) -> list[Made]:
     """Read what each test case of a campaign is made of, in the order of the plan."""
     query = (
-        "SELECT t.scenario_digest, t.architecture_digest, t.faults, t.parameters, t.seed, t.step_s "
-        "FROM campaign_case c JOIN test_case t ON t.digest = c.test_case_digest "
+        "SELECT t.scenario_digest, t.architecture_digest, t.faults, t.parameters, t.seed, "
+        "t.step_s, r.plugins_digest FROM campaign_case c "
+        "JOIN test_case t ON t.digest = c.test_case_digest "
+        "LEFT JOIN run r ON r.result_digest = c.result_digest "
         "WHERE c.campaign_id = ? ORDER BY c.ordinal"
     )
     return [Made(*row) for chunk in read_chunks(connection, query, campaign_id) for row in chunk]

@@ -11,13 +11,15 @@ import pytest
 
 from adeye.errors import UsageError
 from adeye.judge.verdict import Verdict
-from adeye.report.gate.difference import Difference, find_difference, grouped
+from adeye.report.gate.difference import _JUDGED_BY, Difference, find_difference, grouped
 from adeye.report.gate.edits import edits_between
 from adeye.reporting import diff_campaigns
 from adeye.store.repository import Repository
-from tests.project import CANDIDATE, CONCEPT, Executed, Project
+from tests.project import CANDIDATE, CONCEPT, Executed, Project, one_scenario
 from tests.sql import rows
-from tests.stored import known
+from tests.stored import known, stored
+
+METRIC: str = stored("plugins")["top_speed"]
 
 
 @pytest.fixture(scope="module")
@@ -169,6 +171,30 @@ def test_slower_sensor_moves_margins_and_nothing_else_is_named(
     wide = {"m": 1000.0, "s": 1000.0, "m/s^2": 1000.0, "1": 1000.0, "m/s": 1000.0}
     monkeypatch.setattr("adeye.store.read.totals.tolerance", lambda *_: wide)
     assert difference(project).moves == ()
+
+
+def test_metric_whose_code_changed_is_named_and_its_margins_are_not_compared(
+    tmp_path: Path,
+) -> None:
+    project = Project(tmp_path / "project", one_scenario(gap=["40 m"]))
+    (project.folder / "odd" / "top_speed.py").write_text(METRIC)
+    with project.edited_odd() as odd:
+        odd["plugins"] = ["./top_speed.py:TopSpeed"]
+    with project.edited(CONCEPT) as concept:
+        concept["requirements"][0] |= {"bound": {"metric": "top_speed_mps", "at_most": "99 m/s"}}
+        concept["requirements"][0].pop("formula", None)
+        fsr = concept["requirements"][0]["id"]
+    project.run()
+    path = project.folder / "odd" / "top_speed.py"
+    path.write_text(path.read_text().replace("speed.max", "0.5 * speed.max"))
+    assert path.read_text() != METRIC
+    project.run()
+    found = difference(project)
+    (change,) = found.fsrs
+    assert (change.fsr, change.kind, change.is_measured_otherwise) == (fsr, "changed", True)
+    assert [edit.path for edit in change.edits] == [_JUDGED_BY]
+    assert {item.why for item in found.cases} == {("plugins",)}
+    assert fsr not in {move.fsr for move in found.moves}
 
 
 def test_campaigns_are_named_by_their_place_before_the_latest(edited: Project) -> None:
