@@ -195,7 +195,7 @@ def test_campaign_that_there_is_not_is_an_input_error(adeye: Any, project: Proje
 
 
 def test_odd_that_there_is_not_is_an_input_error(adeye: Any) -> None:
-    assert "odd/none.yaml:1:1: there is no such file" in adeye("check", "odd/none.yaml").refused
+    assert "odd/none.yaml: there is no such file" in adeye("check", "odd/none.yaml").refused
 
 
 def test_illegal_decomposition_is_refused_with_its_line(adeye: Any, project: Project) -> None:
