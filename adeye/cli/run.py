@@ -325,9 +325,7 @@ def report(
         Path | None, opt.option("--output -o FILE", env="REPORT", callback=opt.named_page)
     ] = None,
     junit: opt.JunitFile = None,
-    report_json: Annotated[
-        Path | None, opt.option("--json --report-json FILE", env="REPORT_JSON", callback=opt.named)
-    ] = None,
+    report_json: Annotated[Path | None, opt.option("FILE", callback=opt.named)] = None,
     sarif: opt.SarifReport = None,
     gsn: Annotated[Path | None, opt.option("FILE", env="REPORT_GSN", callback=opt.named)] = None,
     reqif: Annotated[
@@ -336,6 +334,7 @@ def report(
     baseline: Annotated[Path | None, opt.option("FILE", env="REPORT_BASELINE")] = None,
     db: opt.Db = None,
     quiet: opt.Quiet = False,
+    json: opt.Json = False,
 ) -> None:
     """Write the report of a campaign that has been run: HTML, JUnit XML, JSON, SARIF, GSN, ReqIF.
 
@@ -346,7 +345,7 @@ def report(
     as it was written, or a run did not come out as it is stored; 5 database or disk.
 
     Parameters:
-        output: The HTML page; default: report.html if no other file is asked for.
+        output: The HTML page; default: report.html if nothing else is asked for.
         report_json: Write the report as JSON.
         gsn: Write the argument from goals to evidence: .svg a drawing, .mmd Mermaid, .json.
         reqif: Write goals and FSRs with their verdicts as ReqIF, for requirement tools.
@@ -356,13 +355,18 @@ def report(
     Examples:
         adeye report
         adeye report 3 -o report.html --junit junit.xml
+        adeye report --json > report.json
         adeye report --gsn argument.svg --reqif requirements.reqif --sarif verdicts.sarif
     """
     files: Files = {"html": output, "junit": junit, "json": report_json}
     files |= {"sarif": sarif, "gsn": gsn, "reqif": reqif}
-    if not any(files.values()):
+    if not any(files.values()) and not json:
         files["html"] = Path("report.html")
     written = _write(files, db, campaign, baseline=baseline, quiet=quiet)
+    if json:
+        from adeye.report.formats.json import render_json
+
+        out.emit_document(render_json(written))
     if written.exit_code is ExitCode.INTEGRITY:
         raise IntegrityError(written.message)
 

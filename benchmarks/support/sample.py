@@ -17,8 +17,8 @@ def write_sample(place: Path, samples: int) -> Path:
         use["sweep"]["samples"] = samples // 2
         parameters = use["sweep"]["parameters"]
         for name, axis in parameters.items():
-            if isinstance(axis, list):
-                parameters[name] = {"from": axis[0], "to": axis[-1], "step": _step(axis)}
+            ends = (axis["from"], axis["to"]) if isinstance(axis, dict) else (axis[0], axis[-1])
+            parameters[name] = sorted(ends, key=_number)
     for name in ("odd", "scenarios_db"):
         (place / name).symlink_to(ROOT / name)
     path = place / "sample.yaml"
@@ -28,6 +28,5 @@ def write_sample(place: Path, samples: int) -> Path:
     return path
 
 
-def _step(axis: list[str]) -> str:
-    number, _, unit = str(axis[-1]).partition(" ")
-    return f"{abs(float(number) - float(str(axis[0]).split(' ')[0])):g} {unit}".strip()
+def _number(quantity: object) -> float:
+    return float(str(quantity).split(" ")[0])

@@ -81,7 +81,7 @@ def test_one_environment_variable_means_one_thing() -> None:
     assert {name: kinds for name, kinds in meant.items() if len(kinds) > 1} == {}
 
 
-READS = """plan; signals; show; replay; query; doctor; sensors; coverage; scenario list;
+READS = """plan; signals; report; show; replay; query; doctor; sensors; coverage; scenario list;
 scenario show; scenario lint; db info; db verify; db upgrade"""
 
 

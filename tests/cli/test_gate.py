@@ -289,7 +289,7 @@ def test_report_of_evidence_that_is_gone_is_written_and_tells(
 ) -> None:
     shutil.copy(mini.db, folder / "x.db")
     alter(folder / "x.db", "DELETE FROM verdict WHERE run_number = 3")
-    done = adeye("report", "--db", "x.db", "--json", "r.json")
+    done = adeye("report", "--db", "x.db", "--report-json", "r.json")
     assert (done.code, "is missing, though its block is done" in done.err) == (4, True)
     assert "is not as it was written" in json.loads((folder / "r.json").read_text())["message"]
 
@@ -330,7 +330,7 @@ def test_report_of_evidence_that_was_altered_is_written_and_tells(
     ("verb", "table"),
     [
         pytest.param(verb, table, marks=pytest.mark.slow if verb[0] == "r" and at else ())
-        for verb in ("report --json r.json", "show RUN")
+        for verb in ("report --report-json r.json", "show RUN")
         for at, table in enumerate(("concept", "odd", "scenario", "architecture", "test_case"))
     ],
 )
