@@ -22,15 +22,15 @@ from typing import Final
 
 @dataclass(frozen=True, slots=True)
 class SourceLocation:
-    """A place in a file, counted from 1."""
+    """A place in a file, counted from 1; line 0 is the file as a whole."""
 
     path: str
     line: int
     column: int
 
     def __str__(self) -> str:
-        """Write it as ``path:line:column``."""
-        return f"{self.path}:{self.line}:{self.column}"
+        """Write it as ``path:line:column``, the file as a whole as its path."""
+        return f"{self.path}:{self.line}:{self.column}" if self.line else self.path
 
 
 class AdeyeError(Exception):
@@ -99,7 +99,7 @@ class InputErrors(InputError):  # noqa: N818 - several errors
 
     def __init__(self, errors: Sequence[InputError], *, unlisted: int = 0) -> None:
         count = len(errors) + unlisted
-        super().__init__(f"{count:,} error{'' if count == 1 else 's'}")
+        super().__init__(amount(count, "error"))
         self.errors = tuple(errors)
         self.unlisted = unlisted
 
@@ -188,6 +188,20 @@ class Interrupted(KeyboardInterrupt):
 
 ASKED_TO_END: Final = (KeyboardInterrupt, Terminated)
 """What ends a campaign where somebody asked for it; ``supervision.is_asked`` tells."""
+
+
+def amount(count: int, one: str, many: str = "") -> str:
+    """Write how many there are of something.
+
+    Args:
+        count: How many.
+        one: What it is called, and of one what it does.
+        many: The same of several; default: ``one`` with an s.
+
+    >>> amount(1, "gap"), amount(1512, "gap"), amount(0, "entry", "entries")
+    ('1 gap', '1,512 gaps', '0 entries')
+    """
+    return f"{count:,} {one if count == 1 else many or f'{one}s'}"
 
 
 def suggest(word: str, allowed: Iterable[str]) -> str:

@@ -21,31 +21,15 @@ import time
 from pathlib import Path
 from typing import Any
 
-import yaml
 from support.command import drive, ratios, spread
-
-ROOT = Path(__file__).resolve().parent.parent
-ODD = ROOT / "odd" / "million.yaml"
+from support.sample import ROOT, write_sample
 
 
 def campaign(samples: int) -> dict[str, float]:
     """Run a sample of the ODD and return what it took."""
-    content = yaml.safe_load(ODD.read_text("utf-8"))
-    for use in content["scenarios"]:
-        use["sweep"]["design"] = "random"
-        use["sweep"]["samples"] = samples // 2
-        parameters = use["sweep"]["parameters"]
-        for name, axis in parameters.items():
-            if isinstance(axis, list):
-                parameters[name] = {"from": axis[0], "to": axis[-1], "step": _step(axis)}
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder)
-        for name in ("odd", "scenarios_db"):
-            (place / name).symlink_to(ROOT / name)
-        path = place / "sample.yaml"
-        content["architectures"] = [f"odd/{item}" for item in content["architectures"]]
-        content["concept"] = f"odd/{content['concept']}"
-        path.write_text(yaml.safe_dump(content), "utf-8")
+        path = write_sample(place, samples)
         command = [sys.executable, "-m", "adeye", "run", str(path), "--quiet"]
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
         began = time.perf_counter()
@@ -67,11 +51,6 @@ def campaign(samples: int) -> dict[str, float]:
             "peak_mb": after.ru_maxrss / 1024,
             "database_mb": (place / "growth.db").stat().st_size / 1e6,
         }
-
-
-def _step(axis: list[str]) -> str:
-    number, _, unit = str(axis[-1]).partition(" ")
-    return f"{abs(float(number) - float(str(axis[0]).split(' ')[0])):g} {unit}".strip()
 
 
 def measure(rounds: int, smoke: bool) -> list[dict[str, Any]]:  # noqa: FBT001 - as drive calls it

@@ -9,7 +9,7 @@ import pytest
 
 from adeye.campaign.plan import CampaignPlan, make_plan
 from adeye.campaign.work import BatchTask, execute
-from adeye.judge.evaluate import VERDICTS
+from adeye.judge.verdict import VERDICTS
 from adeye.sweep.case import TestCase, batches
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -144,7 +144,7 @@ def test_flaw_is_refused_at_its_line_with_a_remedy(flaw: Flaw, project: Path, pl
 
 def test_what_is_no_odd_is_refused(plan: Run) -> None:
     for odd, said in (
-        ("odd/nowhere.yaml", "odd/nowhere.yaml:1:1: there is no such file. Check the path."),
+        ("odd/nowhere.yaml", "odd/nowhere.yaml: there is no such file. Check the path."),
         ("odd", "odd:1:1: this is a folder, not a file. Name a file."),
         ("/dev/zero", "/dev/zero:1:1: this is not a regular file. Name a file."),
         ("odd/architectures/one.yaml", "odd/architectures/one.yaml:1:1: architecture: there is no"),

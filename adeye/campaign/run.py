@@ -29,7 +29,7 @@ from adeye.campaign.studies.half_step import HalfStepTasks, Halved
 from adeye.campaign.summary import CampaignSummary, summarise
 from adeye.campaign.traces import Keep, Wanted
 from adeye.campaign.work import BatchResult, BatchTask, WorkContext, execute
-from adeye.errors import ASKED_TO_END, AdeyeError, InputError, UsageError
+from adeye.errors import ASKED_TO_END, AdeyeError, InputError, UsageError, amount
 from adeye.judge.verdict import ExitCode, exit_code
 from adeye.kernel.jit import is_cache_warm
 from adeye.notices import meanwhile, notice
@@ -188,11 +188,12 @@ class Tasks(Iterator[BatchTask]):
             notes.append("an empty selection is no success")
         if limits.reached and remaining:
             notes.append(
-                f"ended early, {limits.reached}; {remaining:,} test cases remain, "
+                f"ended early, {limits.reached}; "
+                f"{amount(remaining, 'test case remains', 'test cases remain')}, "
                 "the same command goes on"
             )
         if self.dropped:
-            blocks = f"{self.dropped:,} block{'' if self.dropped == 1 else 's'}"
+            blocks = amount(self.dropped, "block")
             notes.append(
                 f"{blocks} had been taken over by another runner when they were done here, so what "
                 "was executed here does not count"
@@ -380,7 +381,7 @@ class Limits:
     def count(self, failures: int) -> None:
         """Take note of the runs with a FAIL or ERROR so far."""
         if self.most_failures is not None and failures >= self.most_failures:
-            runs = f"{failures:,} run{'' if failures == 1 else 's'}"
+            runs = amount(failures, "run")
             self.reached = self.reached or f"{runs} with a FAIL or an ERROR, as --maxfail asks"
 
     def measure(self, cases: int, seconds: float) -> None:

@@ -21,10 +21,11 @@ import numpy as np
 
 from adeye.errors import IntegrityError, PlatformError
 from adeye.identity import file_digest
-from adeye.judge.evaluate import ERROR as JUDGED_ERROR
-from adeye.judge.evaluate import FAIL, INCONCLUSIVE, Evaluation, JudgementColumns, evaluate_trace
+from adeye.judge.evaluate import Evaluation, JudgementColumns, evaluate_trace
 from adeye.judge.metrics import METRICS
 from adeye.judge.trace_signals import TraceSignals
+from adeye.judge.verdict import ERROR as JUDGED_ERROR
+from adeye.judge.verdict import FAIL, INCONCLUSIVE
 from adeye.outputs import BESIDE_DATABASE
 from adeye.simulate.engine import layout_of
 from adeye.simulate.mirror import as_driven

@@ -10,7 +10,7 @@ import typer
 
 from adeye.cli import output as out
 from adeye.cli.options import CampaignId, Db, Json, RunId, add, named, named_anew, option
-from adeye.errors import UsageError
+from adeye.errors import UsageError, amount
 from adeye.judge.verdict import ExitCode
 from adeye.outputs import guarded, write_atomically
 
@@ -220,7 +220,8 @@ def verify(db: Db = None, json: Json = False) -> None:
         if is_empty and not findings:
             out.emit("Nothing to verify: the database has no campaign.")
         elif not findings:
-            out.emit(f"Intact: {rows} rows are as they were written.")
+            intact = amount(rows, "row is as it was", "rows are as they were")
+            out.emit(f"Intact: {intact} written.")
     if left:
         out.talk(
             out.clean(
@@ -231,7 +232,8 @@ def verify(db: Db = None, json: Json = False) -> None:
         )
     if findings:
         out.talk(
-            f"IntegrityError: {len(findings)} findings in {rows} rows. Restore it from a copy."
+            f"IntegrityError: {amount(len(findings), 'finding')} in {amount(rows, 'row')}. "
+            "Restore it from a copy."
         )
         raise typer.Exit(ExitCode.INTEGRITY)
     if is_empty:
@@ -545,11 +547,13 @@ def verify_manifest(
             count = len(document["files"])
             what = "everything is"
             if files_only:
-                what = f"{count} named file{' is' if count == 1 else 's are'}"
+                what = amount(count, "named file is", "named files are")
             unseen = "; root, rows and traces were not looked at" if files_only else ""
             out.emit_line(f"{manifest}: {what} as it says, {by}{unseen}.")
     if found:
-        out.talk(f"IntegrityError: {len(found)} findings. Ask its author for the original.")
+        out.talk(
+            f"IntegrityError: {amount(len(found), 'finding')}. Ask its author for the original."
+        )
         raise typer.Exit(ExitCode.INTEGRITY)
 
 

@@ -11,10 +11,9 @@ import typer
 
 from adeye.cli import options as opt
 from adeye.cli import output as out
-from adeye.errors import InputError, UsageError
+from adeye.errors import InputError, UsageError, amount
 from adeye.judge.verdict import ExitCode
 from adeye.outputs import write_atomically
-from adeye.report.words import counted
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -97,7 +96,7 @@ def print_gate(result: GateResult) -> None:
     state = result.state
     out.emit_line(
         f"Campaign {result.number} of {state.odd} ({out.short(result.campaign)}), "
-        f"{counted(state.planned)} test cases{against}."
+        f"{amount(state.planned, 'test case')}{against}."
     )
     decides = deciding(result.findings)
     others = [item for item in result.findings if item not in decides]
@@ -243,10 +242,11 @@ def _print_stale(found: Staleness, odd: Path, db: str | None) -> None:
         (found.to_replay, "to execute again and judge", f"adeye judge {name} --replay"),
         (found.to_execute, "to execute", f"adeye run {name}"),
     ]
-    out.emit(f"\nThe files ask for {found.planned:,} verdicts; {found.there:,} are there.")
+    there = amount(found.there, "is", "are")
+    out.emit(f"\nThe files ask for {amount(found.planned, 'verdict')}; {there} there.")
     for count, what, command in needs:
         if count:
-            out.emit_line(f"{count:,} {'run' if count == 1 else 'runs'} {what}: {command}")
+            out.emit_line(f"{amount(count, 'run')} {what}: {command}")
 
 
 # --- ``check``: whether concept, plan and evidence fit together -----------------------------------
@@ -312,8 +312,10 @@ def _print_check(checked: Checked) -> None:
     count, broken = len(checked.findings), len(checked.broken)
     what = f"{checked.odd}{_evidence(checked)}"
     if count:
-        findings_word = "1 finding" if count == 1 else f"{count} findings"
-        out.emit(f"\n{out.clean(what)}: {findings_word} by {broken} of {len(checked.rules)} rules.")
+        out.emit(
+            f"\n{out.clean(what)}: {amount(count, 'finding')} by {broken} "
+            f"of {len(checked.rules)} rules."
+        )
     else:
         out.emit_line(f"{what}: no findings by {len(checked.rules)} rules.")
 

@@ -385,6 +385,21 @@ class _Verb(TyperCommand):
             if form is not None:
                 setattr(param, "consume_value", _plain(param, form))  # noqa: B010 - of a library
 
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        """Write the help as it stands: brackets are no markup, and a flag takes no value."""
+        from rich.markup import escape
+
+        told = copy(self)
+        told.help, told.epilog = escape(self.help or ""), escape(self.epilog or "")
+        params = [copy(param) for param in self.get_params(ctx)]
+        for param in params:
+            text = getattr(param, "help", None)
+            setattr(param, "help", escape(text) if text else text)  # noqa: B010 - of a library
+            if getattr(param, "is_flag", False):
+                param.metavar = ""
+        setattr(told, "get_params", lambda _: params)  # noqa: B010 - of a library
+        super(_Verb, told).format_help(ctx, formatter)
+
 
 def _plain(param: Any, form: str) -> Callable[..., Any]:
     """Make what takes the text of a parameter from the command line or the environment."""

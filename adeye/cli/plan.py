@@ -11,7 +11,7 @@ import typer
 
 from adeye.cli import output as out
 from adeye.cli.options import Backend, Db, Json, OddFile, Variant, option, plan_of
-from adeye.errors import UsageError, require_known
+from adeye.errors import UsageError, amount, require_known
 
 if TYPE_CHECKING:
     from adeye.analysis.dependence import ChannelPair, Dependencies, Kind, Shared
@@ -153,7 +153,7 @@ def _fault_entries(factors: Sequence[Factor]) -> list[str]:
             for architectures, names in alike.items()
         )
         of = f" of {where}" if len(having) > 1 else ""
-        count = "1 fault entry" if len(entries) == 1 else f"{len(entries)} fault entries"
+        count = amount(len(entries), "fault entry", "fault entries")
         lines.append(f"{count}{of}: {out.listed(entries)}")
     return lines
 
@@ -221,7 +221,7 @@ def _designs(planned: CampaignPlan) -> dict[str, object]:
 def _total(planned: CampaignPlan) -> str:
     scenarios = sorted({factor.scenario for factor in planned.expansion.factors})
     parts = [_product(planned.expansion.factors, name) for name in scenarios]
-    return f"Test cases: {' + '.join(parts)} = {planned.expansion.count:,}".replace(",", " ")
+    return f"Test cases: {' + '.join(parts)} = {planned.expansion.count:,}"
 
 
 def _product(factors: Sequence[Factor], scenario: str) -> str:

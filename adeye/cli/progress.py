@@ -192,14 +192,14 @@ def _bar() -> Iterator[Report]:
     columns = (
         TextColumn("{task.description}", markup=False),
         BarColumn(bar_width=30),
-        TextColumn("{task.completed:.0f}/{task.total:.0f}", markup=False),
+        TextColumn("{task.fields[count]}", markup=False),
         TextColumn("{task.fields[rate]}", markup=False),
         TextColumn("{task.fields[left]}", markup=False),
         TextColumn("{task.fields[failures]}", markup=False, style="red"),
     )
     meter = Meter()
     with Progress(*columns, console=Console(stderr=True), refresh_per_second=5) as live:
-        task = live.add_task("starting", total=1, rate="", left="", failures="")
+        task = live.add_task("starting", total=None, count="", rate="", left="", failures="")
 
         def show(progress: ProgressLike) -> None:
             rate, left = meter.update(progress, time.perf_counter())
@@ -208,6 +208,7 @@ def _bar() -> Iterator[Report]:
                 description=clean(_WORDS.get(progress.phase, progress.phase)),
                 completed=progress.done,
                 total=max(1, progress.total),
+                count=f"{progress.done:,.0f}/{progress.total:,.0f}",
                 rate=rate,
                 left=left,
                 failures=_failed(progress),

@@ -19,7 +19,7 @@ import typer
 from adeye.cli import options as opt
 from adeye.cli import output as out
 from adeye.cli.progress import asking, duration, reporting
-from adeye.errors import ASKED_TO_END, AdeyeError, IntegrityError, UsageError, suggest
+from adeye.errors import ASKED_TO_END, AdeyeError, IntegrityError, UsageError, amount, suggest
 from adeye.judge.verdict import WORST_FIRST, ExitCode, exit_code
 from adeye.report.words import quantity
 
@@ -135,7 +135,7 @@ def rejudged_text(summary: CampaignSummary) -> str:
     ways = ", ".join(
         f"{summary.ways[way]:,} from {text}" for way, text in _WAYS.items() if way in summary.ways
     )
-    judged = f"Re-judged {summary.judged:,} of {wanted:,} results"
+    judged = f"Re-judged {summary.judged:,} of {amount(wanted, 'result')}"
     return f"{judged}{f' ({ways})' if ways else ''}; {summary.replayed:,} executed again for it."
 
 
@@ -334,9 +334,7 @@ def report(
         Path | None, opt.option("--output -o FILE", env="REPORT", callback=opt.named_page)
     ] = None,
     junit: opt.JunitFile = None,
-    report_json: Annotated[
-        Path | None, opt.option("--json --report-json FILE", env="REPORT_JSON", callback=opt.named)
-    ] = None,
+    report_json: Annotated[Path | None, opt.option("FILE", callback=opt.named)] = None,
     sarif: opt.SarifReport = None,
     gsn: Annotated[Path | None, opt.option("FILE", env="REPORT_GSN", callback=opt.named)] = None,
     reqif: Annotated[
@@ -345,6 +343,7 @@ def report(
     baseline: Annotated[Path | None, opt.option("FILE", env="REPORT_BASELINE")] = None,
     db: opt.Db = None,
     quiet: opt.Quiet = False,
+    json: opt.Json = False,
 ) -> None:
     """Write the report of a campaign that has been run: HTML, JUnit XML, JSON, SARIF, GSN, ReqIF.
 
@@ -355,7 +354,7 @@ def report(
     as it was written, or a run did not come out as it is stored; 5 database or disk.
 
     Parameters:
-        output: The HTML page; default: report.html if no other file is asked for.
+        output: The HTML page; default: report.html if nothing else is asked for.
         report_json: Write the report as JSON.
         gsn: Write the argument from goals to evidence: .svg a drawing, .mmd Mermaid, .json.
         reqif: Write goals and FSRs with their verdicts as ReqIF, for requirement tools.
@@ -365,13 +364,18 @@ def report(
     Examples:
         adeye report
         adeye report 3 -o report.html --junit junit.xml
+        adeye report --json > report.json
         adeye report --gsn argument.svg --reqif requirements.reqif --sarif verdicts.sarif
     """
     files: Files = {"html": output, "junit": junit, "json": report_json}
     files |= {"sarif": sarif, "gsn": gsn, "reqif": reqif}
-    if not any(files.values()):
+    if not any(files.values()) and not json:
         files["html"] = Path("report.html")
     written = _write(files, db, campaign, baseline=baseline, quiet=quiet)
+    if json:
+        from adeye.report.formats.json import render_json
+
+        out.emit_document(render_json(written))
     if written.exit_code is ExitCode.INTEGRITY:
         raise IntegrityError(written.message)
 
@@ -472,7 +476,9 @@ def _execute(
     here = lanes if isinstance(lanes, Parallel) else None
     executor = lanes if not isinstance(lanes, Parallel) else None
     where = lanes.text if isinstance(lanes, Parallel) else out.clean(lanes.text)
-    with reporting(f"{plan.expansion.count:,} test cases, {where}", quiet=quiet) as progress:
+    with reporting(
+        f"{amount(plan.expansion.count, 'test case')}, {where}", quiet=quiet
+    ) as progress:
         return run_campaign(
             plan,
             db=db,
@@ -587,7 +593,7 @@ def judge(
     if not quiet:
         for notice in plan.notices:
             out.talk(out.clean(f"note: {notice}", lines=True))
-    with reporting(f"{plan.expansion.count:,} test cases", quiet=quiet) as progress:
+    with reporting(amount(plan.expansion.count, "test case"), quiet=quiet) as progress:
         summary = judge_campaign(
             plan,
             db=db,
@@ -608,26 +614,22 @@ def _text(summary: CampaignSummary, odd: Path, db: str | None) -> str:
     from adeye.store.location import option
 
     lines = []
-    if summary.judged or summary.to_replay:
+    if summary.judged or summary.replayed:
         lines.append(rejudged_text(summary))
-    else:
+    elif not summary.to_replay:
         lines.append(f"All {summary.reused:,} results were judged already; 0 executed.")
     name = f"{shlex.quote(str(odd))}{option(db)}"
     if summary.to_replay:
         lines.append(
-            f"{_count(summary.to_replay, 'run needs', 'runs need')} a replay: "
+            f"{amount(summary.to_replay, 'run needs', 'runs need')} a replay: "
             f"adeye judge {name} --replay"
         )
     if summary.to_execute:
         lines.append(
-            f"{_count(summary.to_execute, 'test case has', 'test cases have')} no result: "
+            f"{amount(summary.to_execute, 'test case has', 'test cases have')} no result: "
             f"adeye run {name}"
         )
     return out.clean("\n".join(lines), lines=True)
-
-
-def _count(number: int, one: str, many: str) -> str:
-    return f"{number:,} {one if number == 1 else many}"
 
 
 # --- ``warmup``: compile now what the first run would otherwise compile ---------------------------

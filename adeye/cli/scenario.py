@@ -11,7 +11,7 @@ import typer
 
 from adeye.cli import output as out
 from adeye.cli.options import Catalogue, Json, add, complete_scenarios
-from adeye.errors import InputError, InputErrors, SpecError, UsageError, require_known
+from adeye.errors import InputError, InputErrors, SpecError, UsageError, amount, require_known
 from adeye.judge.verdict import ExitCode
 
 if TYPE_CHECKING:
@@ -108,7 +108,7 @@ def lint(
     else:
         for error in findings:
             out.emit(out.clean(error, lines=True))
-    out.talk(f"{len(paths)} files, {len(findings)} findings")
+    out.talk(f"{amount(len(paths), 'file')}, {amount(len(findings), 'finding')}")
     if findings:
         raise typer.Exit(ExitCode.USAGE)
 

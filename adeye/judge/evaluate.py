@@ -30,7 +30,16 @@ from adeye.judge.stl.descent import BINDING_STATUSES
 from adeye.judge.stl.program import KIND, WORD
 from adeye.judge.trace_signals import TraceSignals
 from adeye.judge.uncertainty import is_uncertain, uncertain_detail
-from adeye.judge.verdict import Verdict
+from adeye.judge.verdict import (
+    ERROR,
+    FAIL,
+    INCONCLUSIVE,
+    INVALID,
+    PASS,
+    VACUOUS,
+    VERDICTS,
+    Judgement,
+)
 from adeye.kernel.relation import tick_times
 
 if TYPE_CHECKING:
@@ -43,58 +52,13 @@ if TYPE_CHECKING:
     from adeye.ports import MetricColumn
     from adeye.signals import Bools, Floats, Ints
 
-# --- The verdicts of one FSR on a batch of runs, as columns, and the record of one run ------------
-
-VERDICTS: Final = tuple(verdict for verdict in Verdict if verdict is not Verdict.NOT_RUN)
-"""Verdicts that a run can have, by code."""
-PASS, FAIL, INCONCLUSIVE, VACUOUS, INVALID, ERROR = range(6)
+# --- The verdicts of one FSR on a batch of runs, as columns ------------
 
 LOW, HIGH, MARGIN, TIME, VALUE, THRESHOLD = range(6)
 """Columns of ``JudgementColumns.numbers``."""
 
 Binding = tuple[str | None, str | None, str | None]
 """Unit, signal and predicate."""
-
-
-@dataclass(frozen=True, slots=True)
-class Judgement:
-    """The verdict of one FSR on one run with its binding predicate.
-
-    Attributes:
-        fsr_id: Id of the requirement.
-        fsr_digest: Identity of what was judged.
-        verdict: What the run means for the FSR; never NOT_RUN.
-        is_exercised: Whether the precondition held.
-        robustness_low: Lower end of the robustness, None where there is none; may be infinite.
-        robustness_high: Upper end.
-        margin: Distance to the threshold in ``unit``, negative when violated: the least of what a
-            formula asks for at the rows at which its precondition held. None where it never did
-            and where nothing is measured: what is true or false, equal or not.
-        unit: Unit of margin, value and threshold.
-        signal: Signal or metric of the binding predicate.
-        predicate: Its text.
-        time_s: Its time [s].
-        actor: Its object, by name.
-        value: Its value; a truth value is 0 or 1.
-        threshold: Its threshold.
-        detail: Why, in words.
-    """
-
-    fsr_id: str
-    fsr_digest: str
-    verdict: Verdict
-    is_exercised: bool
-    robustness_low: float | None = None
-    robustness_high: float | None = None
-    margin: float | None = None
-    unit: str | None = None
-    signal: str | None = None
-    predicate: str | None = None
-    time_s: float | None = None
-    actor: str | None = None
-    value: float | None = None
-    threshold: float | None = None
-    detail: str | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from typing import Final, Literal
 
 import numpy as np
 
-from adeye.judge.evaluate import FAIL, PASS, VACUOUS, VERDICTS
+from adeye.judge.verdict import FAIL, PASS, VACUOUS, VERDICTS
 from adeye.signals import Bools, Floats, Ints
 
 # --- Pairs of results on the same test case: who met whom, and how their verdicts go together -----

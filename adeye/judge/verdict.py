@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from enum import IntEnum, StrEnum
 from types import MappingProxyType
 from typing import Final
@@ -40,6 +41,52 @@ class Verdict(StrEnum):
     INVALID = "INVALID"
     ERROR = "ERROR"
     NOT_RUN = "NOT_RUN"
+
+
+VERDICTS: Final = tuple(verdict for verdict in Verdict if verdict is not Verdict.NOT_RUN)
+"""Verdicts that a run can have, by code."""
+PASS, FAIL, INCONCLUSIVE, VACUOUS, INVALID, ERROR = range(6)
+
+
+@dataclass(frozen=True, slots=True)
+class Judgement:
+    """The verdict of one FSR on one run with its binding predicate.
+
+    Attributes:
+        fsr_id: Id of the requirement.
+        fsr_digest: Identity of what was judged.
+        verdict: What the run means for the FSR; never NOT_RUN.
+        is_exercised: Whether the precondition held.
+        robustness_low: Lower end of the robustness, None where there is none; may be infinite.
+        robustness_high: Upper end.
+        margin: Distance to the threshold in ``unit``, negative when violated: the least of what a
+            formula asks for at the rows at which its precondition held. None where it never did
+            and where nothing is measured: what is true or false, equal or not.
+        unit: Unit of margin, value and threshold.
+        signal: Signal or metric of the binding predicate.
+        predicate: Its text.
+        time_s: Its time [s].
+        actor: Its object, by name.
+        value: Its value; a truth value is 0 or 1.
+        threshold: Its threshold.
+        detail: Why, in words.
+    """
+
+    fsr_id: str
+    fsr_digest: str
+    verdict: Verdict
+    is_exercised: bool
+    robustness_low: float | None = None
+    robustness_high: float | None = None
+    margin: float | None = None
+    unit: str | None = None
+    signal: str | None = None
+    predicate: str | None = None
+    time_s: float | None = None
+    actor: str | None = None
+    value: float | None = None
+    threshold: float | None = None
+    detail: str | None = None
 
 
 WAIVABLE = frozenset({Verdict.INVALID, Verdict.INCONCLUSIVE, Verdict.NOT_RUN})

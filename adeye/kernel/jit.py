@@ -1,4 +1,8 @@
-"""The one door to the compiler: a typed decorator and a cache folder that cannot be stale."""
+"""The one door to the compiler: a typed decorator and a cache folder that cannot be stale.
+
+The compiler itself is imported when the first kernel is called, or asked for: what only reads
+results, or plans, does without it. From then on every kernel is what numba makes of it.
+"""
 
 from __future__ import annotations
 
@@ -9,10 +13,14 @@ import stat
 import tempfile
 from collections.abc import Callable
 from contextlib import suppress
-from functools import cache
+from functools import cache, update_wrapper
 from importlib.metadata import version
 from pathlib import Path
-from typing import ParamSpec, TypeVar, cast
+from threading import RLock
+from typing import TYPE_CHECKING, Any, Final, ParamSpec, TypeVar, cast
+
+if TYPE_CHECKING:
+    from types import ModuleType
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -95,16 +103,6 @@ def _point_numba_at_cache() -> Path:
     return chosen
 
 
-# The folder is fixed for the life of the process, before numba reads it.
-_DIRECTORY = _point_numba_at_cache()
-
-import numba  # noqa: E402 - after the environment is set
-
-from adeye.kernel.linking import Kernel  # noqa: E402 - which imports numba
-
-# Somebody else may have imported numba before.
-numba.config.reload_config()
-
 _OPTIONS = {
     "nopython": True,
     "fastmath": False,
@@ -119,9 +117,13 @@ _OPTIONS = {
 }
 
 
+@cache
 def cache_directory() -> Path:
-    """Return the folder that holds the compiled functions of these sources."""
-    return _DIRECTORY
+    """Return the folder that holds the compiled functions of these sources.
+
+    It is fixed for the life of the process, before numba reads it.
+    """
+    return _point_numba_at_cache()
 
 
 def is_cache_warm(*parts: str) -> bool:
@@ -133,7 +135,7 @@ def is_cache_warm(*parts: str) -> bool:
     Args:
         parts: Names of what is only compiled where it is used, such as a kind of sensor.
     """
-    return bool(numba.config.DISABLE_JIT) or all(_mark(part).exists() for part in ("", *parts))
+    return bool(compiler().config.DISABLE_JIT) or all(_mark(part).exists() for part in ("", *parts))
 
 
 def mark_cache_warm(*parts: str) -> None:
@@ -151,7 +153,7 @@ def mark_cache_warm(*parts: str) -> None:
 def _mark(part: str) -> Path:
     # A folder that the user chose serves several versions of the sources.
     ending = f"-{part.replace('/', '_')}" if part else ""
-    return _DIRECTORY / f"warm-{source_digest()}{ending}"
+    return cache_directory() / f"warm-{source_digest()}{ending}"
 
 
 def compiled(function: Callable[P, R]) -> Callable[P, R]:
@@ -196,11 +198,88 @@ def inlined(function: Callable[P, R]) -> Callable[P, R]:
     return _compiled(function, forceinline=True)
 
 
+# --- The compiler, when it is needed --------------------------------------------------------------
+
+_lock: Final = RLock()
+_waiting: Final[list[_Deferred]] = []
+"""Kernels of modules that were imported before the compiler."""
+_loaded: Final[list[ModuleType]] = []
+
+
+class _Deferred:
+    """A kernel whose compiler was not loaded yet; from then on it hands everything on to it."""
+
+    def __init__(self, function: Callable[..., Any], options: dict[str, bool]) -> None:
+        update_wrapper(self, function)
+        self._options = options
+        self.kernel: Callable[..., Any] = self._first
+
+    def __call__(self, *args: Any, **named: Any) -> Any:
+        """Call the kernel."""
+        return self.kernel(*args, **named)
+
+    def __getattr__(self, name: str) -> Any:
+        """Return what numba knows of the kernel."""
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return getattr(self.settled(), name)
+
+    def __reduce__(self) -> str:
+        """Let other processes find it by its name, as a function."""
+        return str(self.__dict__["__qualname__"])
+
+    def _first(self, *args: Any, **named: Any) -> Any:
+        return self.settled()(*args, **named)
+
+    def settled(self) -> Callable[..., Any]:
+        """Return the kernel."""
+        compiler()
+        return self.kernel
+
+    def settle(self) -> None:
+        """Make the kernel."""
+        self.kernel = _kernel(self.__dict__["__wrapped__"], self._options)
+
+
+def compiler() -> ModuleType:
+    """Load numba unless it is, with the kernels of all that was imported before.
+
+    Who drives runs calls it first: inside of a plug-in's turn, no file may be read.
+    """
+    if _loaded and not _waiting:
+        return _loaded[0]
+    with _lock:
+        if not _loaded:
+            cache_directory()
+            import numba
+            from numba.extending import typeof_impl
+
+            # Somebody else may have imported numba before.
+            numba.config.reload_config()
+            # To kernels that name it, it is the kernel.
+            typeof_impl.register(_Deferred, lambda known, at: typeof_impl(known.settled(), at))
+            _loaded.append(numba)
+        while _waiting:
+            _waiting[-1].settle()
+            _waiting.pop()
+        return _loaded[0]
+
+
 def _compiled(function: Callable[P, R], **options: bool) -> Callable[P, R]:
-    if numba.config.DISABLE_JIT:
+    if _loaded:
+        return cast("Callable[P, R]", _kernel(function, options))
+    known = _Deferred(function, options)
+    _waiting.append(known)
+    return cast("Callable[P, R]", known)
+
+
+def _kernel(function: Callable[..., Any], options: dict[str, bool]) -> Callable[..., Any]:
+    if _loaded[0].config.DISABLE_JIT:
         return function
+    from adeye.kernel.linking import Kernel
+
     kernel = Kernel(function, targetoptions={**_OPTIONS, **options})
     # The folder is named after the sources of the package: of others, nothing tells what went in.
     if Path(function.__code__.co_filename).is_relative_to(_PACKAGE):
         kernel.enable_caching()
-    return cast("Callable[P, R]", kernel)
+    return cast("Callable[..., Any]", kernel)

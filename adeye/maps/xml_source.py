@@ -196,7 +196,8 @@ def parts_of(path: Path) -> Iterator[Element]:
         with path.open("rb") as stream:
             yield from _Source(str(path)).parts(stream)
     except FileNotFoundError as error:
-        raise SpecError("there is no such file", where=start, remedy="Check the path.") from error
+        whole = SourceLocation(str(path), 0, 0)
+        raise SpecError("there is no such file", where=whole, remedy="Check the path.") from error
     except OSError as error:
         raise SpecError(f"the file cannot be read: {error.strerror}", where=start) from error
     except ValueError as error:

@@ -19,8 +19,8 @@ from pydantic import Field
 
 from adeye.errors import UsageError
 from adeye.judge import statistics
-from adeye.judge.evaluate import VACUOUS, VERDICTS
 from adeye.judge.pairing import FAILED, HELD, UNDECIDED, Groups, number_rows, severities
+from adeye.judge.verdict import VACUOUS, VERDICTS
 from adeye.report.comparison.records import Range, Share
 from adeye.report.model.part import Count, Id, Part
 from adeye.signals import Ints

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from adeye.kernel.jit import compiler
 from adeye.ports import SwitchContext
 from adeye.simulate.channels.rack import ChannelRack, Watch
 from adeye.simulate.faults import FaultPlan
@@ -97,6 +98,7 @@ def run(  # noqa: PLR0913 - all but the cases has a default
     Returns:
         The trace; its rows are in the order of the cases.
     """
+    compiler()
     cases = as_driven(cases)
     first = cases[0]
     base_dir = (base_dirs or {}).get(first.architecture.architecture, Path())

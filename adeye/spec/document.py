@@ -493,7 +493,7 @@ def parse_document(text: str, path: str) -> Document:
 
 
 def _read(path: Path) -> str:
-    where = SourceLocation(str(path), 1, 1)
+    where = SourceLocation(str(path), 0, 0)
     try:
         require_plain(path, MAX_BYTES)
         with path.open("rb") as file:

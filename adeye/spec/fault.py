@@ -17,7 +17,7 @@ from typing import (
     get_origin,
 )
 
-from pydantic import Discriminator, Field, GetJsonSchemaHandler, Tag, TypeAdapter
+from pydantic import ConfigDict, Discriminator, Field, GetJsonSchemaHandler, Tag, TypeAdapter
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
@@ -281,7 +281,7 @@ else:
     ]
     """A scripted fault, by kind of target and model."""
 
-FAULT: Final[TypeAdapter[Fault]] = TypeAdapter(AnyFault)
+FAULT: Final[TypeAdapter[Fault]] = TypeAdapter(AnyFault, config=ConfigDict(defer_build=True))
 """Reads a fault of any model."""
 
 

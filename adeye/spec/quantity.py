@@ -81,7 +81,7 @@ class Record(BaseModel):
     """Base of every spec model: frozen, unknown keys are errors, no silent conversions."""
 
     model_config = ConfigDict(
-        frozen=True, extra="forbid", strict=True, arbitrary_types_allowed=True
+        defer_build=True, frozen=True, extra="forbid", strict=True, arbitrary_types_allowed=True
     )
 
 

@@ -10,10 +10,9 @@ from typing import Any, Final, Self
 
 import numpy as np
 
-from adeye.judge.evaluate import VERDICTS
 from adeye.judge.metrics.registry import STATUSES
 from adeye.judge.outcome import OUTCOMES
-from adeye.judge.verdict import Outcome, Verdict
+from adeye.judge.verdict import VERDICTS, Outcome, Verdict
 from adeye.signals import Bools, Floats, Ints
 from adeye.store.encoding import Dictionary, Texts
 from adeye.store.records import ContentRecord, EngineKey, VerdictRecord, require_seed

@@ -3,7 +3,7 @@
 Statements go to the driver with tuples of values; on wide rows that is four times as fast as
 parameters by name.
 
-The hash of a row is made of 64-bit words, so that a compiled loop hashes thousands of rows at
+The hash of a row is made of 64-bit words, so that thousands of rows are hashed at
 once: one word for a number or a truth value, two for a text (a BLAKE2b of 128 bits). It is the
 hash of the tables of results, ``tables.RESULTS``, and of the metrics of plug-ins; the tables of
 plans have that of ``encoding.row_hash``. Both tell an altered row from the one that was written;
@@ -34,7 +34,6 @@ from sqlalchemy import Boolean, Connection, Float, Integer, Table
 from sqlalchemy.dialects import sqlite
 
 from adeye.errors import IntegrityError
-from adeye.kernel.jit import compiled
 from adeye.signals import Ints
 from adeye.store import postgres
 from adeye.store.catalogue import is_server
@@ -402,16 +401,12 @@ def _number_words(column: NDArray[Any]) -> NDArray[np.uint64]:
 def row_hashes(table: Table, words: NDArray[np.uint64]) -> list[str]:
     """Hash the rows of a table: 128 bits each, in hex."""
     seed = np.frombuffer(hashlib.blake2b(table.name.encode(), digest_size=16).digest(), dtype="<u8")
-    hashes = np.empty((words.shape[0], 2), dtype="<u8")
-    _hash_rows(words, seed, hashes)
+    hashes = _hash_rows(words, seed)
     text = hashes.tobytes().hex()
     return [text[place : place + 32] for place in range(0, len(text), 32)]
 
 
-@compiled
-def _hash_rows(
-    words: NDArray[np.uint64], seed: NDArray[np.uint64], out: NDArray[np.uint64]
-) -> None:
+def _hash_rows(words: NDArray[np.uint64], seed: NDArray[np.uint64]) -> NDArray[np.uint64]:
     """Mix the words of each row into two lanes.
 
     Every step is a bijection of a lane for a given word and of the word for a given lane, so that
@@ -420,22 +415,24 @@ def _hash_rows(
     Args:
         words: (R, W).
         seed: (2,).
-        out: (R, 2).
+
+    Returns:
+        (R, 2).
     """
-    for row in range(words.shape[0]):
-        one, two = seed[0], seed[1]
-        for place in range(words.shape[1]):
-            word = words[row, place]
-            one = (one ^ word) * np.uint64(0x9E3779B97F4A7C15)
-            one ^= one >> np.uint64(32)
-            two = (two + word) * np.uint64(0xC2B2AE3D27D4EB4F)
-            two ^= two >> np.uint64(29)
-        for _ in range(2):
-            one += two
-            one = (one ^ (one >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-            two += one
-            two = (two ^ (two >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-        out[row, 0], out[row, 1] = one ^ (one >> np.uint64(31)), two ^ (two >> np.uint64(31))
+    one, two = (np.full(words.shape[0], start, dtype=np.uint64) for start in seed)
+    for word in words.T:
+        one = (one ^ word) * np.uint64(0x9E3779B97F4A7C15)
+        one ^= one >> np.uint64(32)
+        two = (two + word) * np.uint64(0xC2B2AE3D27D4EB4F)
+        two ^= two >> np.uint64(29)
+    for _ in range(2):
+        one += two
+        one = (one ^ (one >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+        two += one
+        two = (two ^ (two >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    return np.stack(
+        [one ^ (one >> np.uint64(31)), two ^ (two >> np.uint64(31))], axis=1, dtype="<u8"
+    )
 
 
 def hashed_names(table: Table) -> list[str]:

@@ -8,13 +8,14 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from keyword import iskeyword
-from typing import Any, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from adeye.errors import InputError
 from adeye.identity import canonical_json, digest, digest_bytes
-from adeye.judge.evaluate import Judgement
-from adeye.judge.verdict import Verdict
-from adeye.spec.concept import Concept
+from adeye.judge.verdict import Judgement, Verdict
+
+if TYPE_CHECKING:
+    from adeye.spec.concept import Concept
 
 # --- What enters the database, as frozen dataclasses without SQL ----------------------------------
 

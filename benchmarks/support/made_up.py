@@ -12,10 +12,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from adeye.judge.evaluate import FAIL, PASS, VACUOUS
 from adeye.judge.metrics.registry import STATUSES
 from adeye.judge.outcome import OUTCOMES
-from adeye.judge.verdict import Outcome
+from adeye.judge.verdict import FAIL, PASS, VACUOUS, Outcome
 from adeye.spec.concept import Concept, Element, HazardousEvent, Requirement, SafetyGoal
 from adeye.store.block import (
     BasisBlock,

@@ -39,7 +39,7 @@ def test_running_and_reporting_again_changes_nothing(bench: Bench) -> None:
     # The campaign was run from another folder, from which its parts have other paths.
     assert bench.run().code == 0
     before = dumped(bench.folder / DB)
-    forms = {"-o": "report.html", "--junit": "junit.xml", "--json": "report.json"}
+    forms = {"-o": "report.html", "--junit": "junit.xml", "--report-json": "report.json"}
     options = [word for option, name in forms.items() for word in (option, name)]
     kept: list[list[bytes]] = []
     for number in range(size(2, 20)):

@@ -7,7 +7,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 from unittest.mock import Mock
 
 import pytest
@@ -17,6 +17,7 @@ import adeye.campaign.plan
 from adeye import __version__, errors
 from adeye.cli.app import app
 from adeye.errors import SourceLocation, Terminated
+from tests.project import Executed
 
 # --- all verbs together: help, environment variables, start-up, completion, the first project
 
@@ -80,7 +81,7 @@ def test_one_environment_variable_means_one_thing() -> None:
     assert {name: kinds for name, kinds in meant.items() if len(kinds) > 1} == {}
 
 
-READS = """plan; signals; show; replay; query; doctor; sensors; coverage; scenario list;
+READS = """plan; signals; report; show; replay; query; doctor; sensors; coverage; scenario list;
 scenario show; scenario lint; db info; db verify; db upgrade"""
 
 
@@ -108,6 +109,40 @@ def test_help_loads_nothing_heavy(tmp_path: Path) -> None:
     command = [sys.executable, "-c", script]
     printed = subprocess.check_output(command, cwd=tmp_path, env=environment, text=True)
     assert printed.splitlines()[-1] == "0 []"
+
+
+# --- What a verb that reads loads: nothing that drives a run or compiles --------------------------
+
+COMPILED: Final = "numba llvmlite scipy pandas highway_env gymnasium"
+QUICK: Final = (
+    "query failing-fsrs",
+    "query --columns v_runs",
+    "show --worst FSR-01",
+    "where FSR-01",
+    "db info",
+    "gate",
+    "diff 1 1",
+)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("verb", QUICK)
+def test_reads_load_no_compiler(verb: str, mini: Executed, tmp_path: Path) -> None:
+    script = (
+        f"import sys; from adeye.cli import main; code = main({verb.split()!r})\n"
+        f"print(code, sorted(set({COMPILED.split()!r}) & set(sys.modules)))"
+    )
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "ADEYE_DB": str(mini.db)}
+    command = [sys.executable, "-c", script]
+    printed = subprocess.check_output(command, cwd=tmp_path, env=environment, text=True)
+    code, _, loaded = printed.splitlines()[-1].partition(" ")
+    assert (code in "01", loaded) == (True, "[]")
+
+
+def test_help_shows_brackets_and_no_value_of_flags() -> None:
+    for words, shown in (("export --help", "adeye[columnar]"), ("fmu export --help", "adeye[fmi]")):
+        code, out, _ = program(*words.split(), cwd=ROOT, COLUMNS="200")
+        assert (code, shown in out, "<bool>" in out) == (0, True, False)
 
 
 @pytest.mark.slow

@@ -197,7 +197,7 @@ def test_campaign_that_there_is_not_is_an_input_error(adeye: Any, project: Proje
 
 
 def test_odd_that_there_is_not_is_an_input_error(adeye: Any) -> None:
-    assert "odd/none.yaml:1:1: there is no such file" in adeye("check", "odd/none.yaml").refused
+    assert "odd/none.yaml: there is no such file" in adeye("check", "odd/none.yaml").refused
 
 
 def test_illegal_decomposition_is_refused_with_its_line(adeye: Any, project: Project) -> None:
@@ -291,7 +291,7 @@ def test_report_of_evidence_that_is_gone_is_written_and_tells(
 ) -> None:
     shutil.copy(mini.db, folder / "x.db")
     alter(folder / "x.db", "DELETE FROM verdict WHERE run_number = 3")
-    done = adeye("report", "--db", "x.db", "--json", "r.json")
+    done = adeye("report", "--db", "x.db", "--report-json", "r.json")
     assert (done.code, "is missing, though its block is done" in done.err) == (4, True)
     assert "is not as it was written" in json.loads((folder / "r.json").read_text())["message"]
 
@@ -332,7 +332,7 @@ def test_report_of_evidence_that_was_altered_is_written_and_tells(
     ("verb", "table"),
     [
         pytest.param(verb, table, marks=pytest.mark.slow if verb[0] == "r" and at else ())
-        for verb in ("report --json r.json", "show RUN")
+        for verb in ("report --report-json r.json", "show RUN")
         for at, table in enumerate(("concept", "odd", "scenario", "architecture", "test_case"))
     ],
 )

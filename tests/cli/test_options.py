@@ -236,7 +236,7 @@ def test_failing_disk_is_no_input_error_and_a_missing_folder_is_made(
 
 def test_names_are_refused_before_anything_is_done(adeye: Any, folder: Path) -> None:
     for arguments, said in (
-        (("report", "1", "--json", "--quiet"), "'--quiet' stands where"),
+        (("report", "1", "--report-json", "--quiet"), "'--quiet' stands where"),
         (("report", "1", "-o", "x.pdf"), "'x.pdf' does not end in .html"),
         (("compare", "--html", "x.txt"), "'x.txt' does not end in .html"),
         (("stl", "a", "b.csv", "-o", "--json"), "'--json' stands where"),

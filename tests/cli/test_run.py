@@ -317,12 +317,18 @@ def test_report_writes_what_is_asked_for(adeye: Any, campaign: Campaign) -> None
         (("--baseline", "b.json"), None, {"html": "report.html", "baseline": "b.json"}),
         (("3", "-o", "r.html"), "3", {"html": "r.html"}),
         (("--junit", "j.xml"), None, {"junit": "j.xml"}),
-        (("--json", "r.json"), None, {"json": "r.json"}),
+        (("--report-json", "r.json"), None, {"json": "r.json"}),
         (("--sarif", "v.sarif"), None, {"exports": str(sarif)}),
         (("--gsn", "a.svg", "--reqif", "r.reqif"), None, {"exports": str(exports)}),
     ):
         assert adeye("report", *arguments).ok
         assert campaign.reports.pop() == (None, asked, outputs)
+
+
+def test_report_prints_its_document(adeye: Any, of_mini: tuple[str, str], folder: Path) -> None:
+    printed = adeye("report", "--json", "--quiet", *of_mini).ok
+    assert printed.document["odd"] == "mini"
+    assert list(folder.iterdir()) == []
 
 
 # --- what came out of a campaign in words and as JSON
@@ -347,6 +353,18 @@ def test_ways_of_judging_again_are_named() -> None:
         "Re-judged 5 of 6 results (3 from metric rows, 2 from kept traces); "
         "0 executed again for it."
     )
+
+
+def test_judging_that_waits_for_a_replay_says_nothing_but_that() -> None:
+    waiting = replace(SUMMARY, judged=0, to_replay=12)
+    assert cli_run._text(waiting, Path("a.yaml"), None) == (
+        "12 runs need a replay: adeye judge a.yaml --replay"
+    )
+    one = replace(SUMMARY, judged=11, to_replay=1)
+    assert cli_run._text(one, Path("a.yaml"), None).splitlines() == [
+        "Re-judged 11 of 12 results; 0 executed again for it.",
+        "1 run needs a replay: adeye judge a.yaml --replay",
+    ]
 
 
 def test_document_tells_what_was_chosen_and_what_remains() -> None:

@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 
 from adeye.judge import evaluate
+from adeye.judge import verdict as codes
 from adeye.judge.evaluate import Evaluation
 from adeye.judge.metrics import METRICS
 from adeye.judge.requirements import compile_requirement
 from adeye.judge.stl.series import SampleStatus
 from adeye.judge.trace_signals import TraceSignals, trace_dictionary
 from adeye.judge.uncertainty import NumericUncertainty
-from adeye.judge.verdict import Verdict
+from adeye.judge.verdict import VERDICTS, Judgement, Verdict
 from adeye.signals import SILENT
 from adeye.spec.concept import Requirement
 from adeye.spec.odd import Attributes
@@ -480,7 +481,7 @@ def columns() -> evaluate.JudgementColumns:
         fsr_id="FSR-01",
         fsr_digest="d" * 64,
         runs=np.array([2, 5]),
-        verdict=np.array([evaluate.PASS, evaluate.ERROR]),
+        verdict=np.array([codes.PASS, codes.ERROR]),
         exercised=np.array([True, False]),
         numbers=np.array([[0.5, math.inf, 5.0, 1.25, 7.0, 2.0], [NAN] * 6]),
         actor=np.array([1, -1]),
@@ -493,20 +494,20 @@ def columns() -> evaluate.JudgementColumns:
 
 
 def test_every_verdict_has_its_code() -> None:
-    codes = {
-        evaluate.PASS: Verdict.PASS,
-        evaluate.FAIL: Verdict.FAIL,
-        evaluate.INCONCLUSIVE: Verdict.INCONCLUSIVE,
-        evaluate.VACUOUS: Verdict.VACUOUS,
-        evaluate.INVALID: Verdict.INVALID,
-        evaluate.ERROR: Verdict.ERROR,
+    meant = {
+        codes.PASS: Verdict.PASS,
+        codes.FAIL: Verdict.FAIL,
+        codes.INCONCLUSIVE: Verdict.INCONCLUSIVE,
+        codes.VACUOUS: Verdict.VACUOUS,
+        codes.INVALID: Verdict.INVALID,
+        codes.ERROR: Verdict.ERROR,
     }
-    assert {code: evaluate.VERDICTS[code] for code in codes} == codes
-    assert set(evaluate.VERDICTS) == set(Verdict) - {Verdict.NOT_RUN}
+    assert {code: VERDICTS[code] for code in meant} == meant
+    assert set(VERDICTS) == set(Verdict) - {Verdict.NOT_RUN}
 
 
 def test_record_of_a_run_is_its_row(columns: evaluate.JudgementColumns) -> None:
-    assert columns.of_run(2) == evaluate.Judgement(
+    assert columns.of_run(2) == Judgement(
         fsr_id="FSR-01",
         fsr_digest="d" * 64,
         verdict=Verdict.PASS,
@@ -529,7 +530,7 @@ def test_what_is_not_there_is_none(columns: evaluate.JudgementColumns) -> None:
     given = {"fsr_id", "fsr_digest", "verdict", "is_exercised", "detail"}
     assert found.verdict is Verdict.ERROR
     assert found.detail == "a signal has a sample that is not a finite number"
-    for item in fields(evaluate.Judgement):
+    for item in fields(Judgement):
         assert item.name in given or getattr(found, item.name) is None
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from adeye.judge import pairing
-from adeye.judge.evaluate import ERROR, FAIL, INCONCLUSIVE, INVALID, PASS, VACUOUS
+from adeye.judge.verdict import ERROR, FAIL, INCONCLUSIVE, INVALID, PASS, VACUOUS
 from tests.refusals import refused
 
 

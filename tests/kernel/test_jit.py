@@ -167,7 +167,25 @@ def test_folder_inherited_from_a_parent_is_not_a_choice(package: Path, tmp_path:
 @pytest.mark.slow
 def test_numba_imported_before_still_uses_the_folder(package: Path, tmp_path: Path) -> None:
     program = "import numba; " + ASK + "print(cache_directory() == type(cache_directory())("
-    program += "numba.config.CACHE_DIR))"
+    program += "jit.compiler().config.CACHE_DIR))"
+    program = "from adeye.kernel import jit; " + program
+    assert run(program, package, XDG_CACHE_HOME=str(tmp_path / "cache")) == ["True"]
+
+
+@pytest.mark.slow
+def test_compiler_waits_for_the_first_call(package: Path, tmp_path: Path) -> None:
+    program = (
+        "import sys; from adeye.outer import outer; print('numba' in sys.modules); "
+        "print(outer(1.0), 'numba' in sys.modules, len(outer.signatures))"
+    )
+    printed = run(program, package, XDG_CACHE_HOME=str(tmp_path / "cache"))
+    assert (printed[0], printed[1].split()[1:]) == ("False", ["True", "1"])
+
+
+@pytest.mark.slow
+def test_kernel_is_found_by_its_name_in_other_processes(package: Path, tmp_path: Path) -> None:
+    program = "import pickle; from adeye.outer import outer; again = pickle.loads("
+    program += "pickle.dumps(outer)); print(again is outer)"
     assert run(program, package, XDG_CACHE_HOME=str(tmp_path / "cache")) == ["True"]
 
 

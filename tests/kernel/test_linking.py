@@ -11,13 +11,16 @@ from numba.core.compiler import Flags
 from numba.core.errors import TypingError
 from numba.core.targetconfig import ConfigStack
 
-from adeye.kernel.jit import allocating, compiled, inlined
+from adeye.kernel.jit import allocating, compiled, compiler, inlined
 from adeye.kernel.linking import Kernel, _options, _remembered
 from adeye.signals import Floats
 
 pytestmark = pytest.mark.skipif(
     bool(os.environ.get("NUMBA_DISABLE_JIT")), reason="nothing is compiled"
 )
+
+# From here on, what is decorated is numba's own.
+compiler()
 
 
 @compiled

@@ -13,9 +13,9 @@ import pytest
 from scipy import stats
 
 from adeye.errors import UsageError
-from adeye.judge.evaluate import FAIL, VERDICTS
 from adeye.judge.pairing import NOT_RUN
 from adeye.judge.statistics import Stratum, mcnemar_p, stratified_bound
+from adeye.judge.verdict import FAIL, VERDICTS
 from adeye.kernel.random import owner_id, uniform
 from adeye.report import claims as claimed
 from adeye.report.build import ReportBuilder

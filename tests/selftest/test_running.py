@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from adeye.errors import UsageError
-from adeye.judge.evaluate import VERDICTS, Frame
+from adeye.judge.evaluate import Frame
 from adeye.judge.metrics import METRICS
-from adeye.judge.verdict import Verdict
+from adeye.judge.verdict import VERDICTS, Verdict
 from adeye.report.credibility import SelfTestResult
 from adeye.selftest.bench import GROUPS, Bench, Master, Seen, running
 from adeye.selftest.running import MASTERS, Examined, choose, conclude, examine

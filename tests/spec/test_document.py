@@ -202,7 +202,7 @@ def test_what_is_no_file_is_refused_and_a_pipe_without_a_writer_does_not_hang(
 ) -> None:
     os.mkfifo(tmp_path / "pipe")
     for path, said in (
-        (tmp_path / "none", "none:1:1: there is no such file. Check the path."),
+        (tmp_path / "none", "none: there is no such file. Check the path."),
         (tmp_path, "this is a folder, not a file"),
         (tmp_path / "pipe", "not a regular file"),
     ):

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 import yaml
 
-from adeye.analysis.suite import speeds
+from adeye.analysis.suite import conditions, speeds
 from adeye.analysis.suite.conditions import CASES, DEFAULTS, TARGETS
 from adeye.analysis.suite.coverage import anybody, blind_bearings, blind_spots, coverage, look_of
 from adeye.analysis.suite.geometry import reach_of, view_of, zones_of
@@ -202,11 +202,12 @@ class _Bench:
     def eyes(self) -> dict[str, dict[tuple[str, str], Reach]]:
         """Reaches by condition and target of each sensor that looks around."""
         found: dict[str, dict[tuple[str, str], Reach]] = {}
+        targets = {kind: conditions.target(kind) for kind in TARGETS}
         for name, sensor in self.architecture.sensors.items():
             reaches = {
-                (condition.id, kind): reach_of(sensor, target, condition)
+                (condition.id, kind): reach_of(sensor, look, condition)
                 for condition in self.conditions
-                for kind, target in TARGETS.items()
+                for kind, look in targets.items()
             }
             known = {key: reach for key, reach in reaches.items() if reach is not None}
             if known:

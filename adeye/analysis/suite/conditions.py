@@ -158,7 +158,7 @@ def target(kind: str) -> Target:
     )
 
 
-TARGETS: Final = {kind: target(kind) for kind in ("car", "pedestrian")}
+TARGETS: Final = ("car", "pedestrian")
 """Classes that coverage is computed for."""
 
 

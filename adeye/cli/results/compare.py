@@ -9,7 +9,7 @@ import typer
 
 from adeye.cli import output as out
 from adeye.cli.options import Db, Json, complete_campaigns, named_page, option, sizes_of
-from adeye.errors import UsageError, suggest
+from adeye.errors import UsageError, amount, suggest
 from adeye.report.words import MINUS, counted, number, quantity
 
 if TYPE_CHECKING:
@@ -343,7 +343,7 @@ def _print(by: By, groups: Sequence[TraceGroup]) -> None:
     ]
     out.emit_table(headers, rows, sections=range(len(rows)))
     count = len({gap for group in groups for gap in group.gaps})
-    out.emit("No gaps." if not count else f"{count} gaps; every row: --csv or --json.")
+    out.emit("No gaps." if not count else f"{amount(count, 'gap')}; every row: --csv or --json.")
 
 
 def _title(by: By) -> str:

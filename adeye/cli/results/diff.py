@@ -9,7 +9,7 @@ import typer
 
 from adeye.cli import options as opt
 from adeye.cli import output as out
-from adeye.errors import UsageError
+from adeye.errors import UsageError, amount
 from adeye.report.words import counted, quantity, verdict_word
 
 if TYPE_CHECKING:
@@ -177,7 +177,7 @@ def _counts(counts: dict[str, int]) -> str:
 def _worst(told: Rejudged) -> str:
     text = f"{_margin(told.worst)} {out.short(told.run)}" if told.worst else out.NONE
     if told.not_judged:
-        text += f"; {counted(told.not_judged)} results are not judged by it"
+        text += f"; {amount(told.not_judged, 'result is', 'results are')} not judged by it"
     return text
 
 

@@ -9,6 +9,7 @@ from adeye.cli import output as out
 from adeye.cli.options import CampaignId, Db, Json, Quiet, RunId, option
 from adeye.cli.progress import watching
 from adeye.cli.results.runs import LastFailed, RunName, Worst, run_called
+from adeye.errors import amount
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -100,7 +101,7 @@ def _prefix(forked: Forked) -> str:
             f"{same}, compared bit for bit with the run executed again; shorter than one link of "
             f"the digest chain ({LINK_TICKS} ticks)"
         )
-    links = "1 link" if forked.links == 1 else f"{forked.links} links"
+    links = amount(forked.links, "link")
     return f"{same}, {links} of the digest chain"
 
 
@@ -314,7 +315,7 @@ def _table(found: InjectionTable) -> dict[str, object]:
 
 
 def _print_table(found: InjectionTable) -> None:
-    out.emit(f"Campaign {out.short(found.campaign)}: {found.looked_at} runs with faults")
+    out.emit(f"Campaign {out.short(found.campaign)}: {amount(found.looked_at, 'run')} with faults")
     columns: dict[str, str | Callable[[InjectionCount], object]]
     columns = {"Scenario": "scenario", "Fault entry": "fault_entry", "Architecture": "architecture"}
     if out.width() < _WIDE:

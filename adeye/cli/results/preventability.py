@@ -11,6 +11,7 @@ import typer
 from adeye.cli import output as out
 from adeye.cli.options import Db, Json, Quiet, named, option, write_rows
 from adeye.cli.progress import watching
+from adeye.errors import amount
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -320,7 +321,7 @@ def _print_findings(found: Preventability) -> None:
     if not findings:
         out.emit("\nNo finding: no model avoids a contact that an architecture does not.")
         return
-    out.emit(f"\n{len(findings)} findings, avoided by the model only:")
+    out.emit(f"\n{amount(len(findings), 'finding')}, avoided by the model only:")
 
     def impact(item: Comparison) -> str:
         return "" if item.impact_speed_mps is None else f"{item.impact_speed_mps:.2f}"

@@ -14,15 +14,15 @@ import typer
 
 from adeye.cli import options as opt
 from adeye.cli import output as out
-from adeye.errors import UsageError, suggest
+from adeye.errors import UsageError, amount, suggest
 from adeye.judge.verdict import Verdict, exit_of_verdict
 from adeye.outputs import replacing, write_atomically
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from adeye.judge.evaluate import Judgement
     from adeye.judge.stl.table import JudgedTable
+    from adeye.judge.verdict import Judgement
     from adeye.report.formats.tables import Written
     from adeye.store.read.query import QueryResult
     from adeye.store.records import CampaignInfo
@@ -339,7 +339,7 @@ def export(
 
         count = export_osi(db, campaign, osi, run or ())
         out.wrote(osi)
-        out.talk(f"{count:,} runs as traces of OSI")
+        out.talk(f"{amount(count, 'run')} as traces of OSI")
     if output is None:
         return
     from adeye.report.formats.tables import export_campaign

@@ -53,9 +53,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from adeye.judge.evaluate import Judgement
     from adeye.judge.stl.formula import Formula
     from adeye.judge.stl.parser import Parameters
+    from adeye.judge.verdict import Judgement
     from adeye.signals import Floats
 
 # --- A table with a column of times as the source of a formula's signals --------------------------

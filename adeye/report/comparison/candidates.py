@@ -9,10 +9,9 @@ from typing import Any, Final
 import numpy as np
 
 from adeye.judge import pairing as pareto
-from adeye.judge.evaluate import FAIL, INCONCLUSIVE, PASS
 from adeye.judge.pairing import FAILED, HELD, UNDECIDED, number_rows, pair_up, severities
 from adeye.judge.statistics import median_low
-from adeye.judge.verdict import Verdict
+from adeye.judge.verdict import FAIL, INCONCLUSIVE, PASS, Verdict
 from adeye.report.comparison import records
 from adeye.signals import Ints
 from adeye.spec.architecture import Architecture

@@ -12,9 +12,9 @@ import numpy as np
 
 from adeye.errors import UsageError
 from adeye.judge import statistics
-from adeye.judge.evaluate import FAIL, PASS, VERDICTS
 from adeye.judge.pairing import Groups, counts_of, severities, verdict_table
 from adeye.judge.statistics import RESOLUTION, median_low
+from adeye.judge.verdict import FAIL, PASS, VERDICTS
 from adeye.report.claims import SHARED, designs_of, is_sample, spoken_of
 from adeye.report.comparison import records
 from adeye.report.comparison.candidates import Candidates, Matching

@@ -22,6 +22,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Final, Literal
 
+from adeye.errors import amount
 from adeye.judge.verdict import Verdict
 from adeye.report.formats.sarif import judged_in
 from adeye.report.model.concept import SafetyGoal
@@ -165,7 +166,7 @@ class _Builder:
         text += f"concept {report.concept_digest[:12]}"
         yield GsnNode("C-versions", "context", versions, text)
         if report.findings:
-            text = f"{len(report.findings)} findings by adeye check."
+            text = f"{amount(len(report.findings), 'finding')} by adeye check."
             yield GsnNode("C-findings", "context", "Integrity of concept and evidence", text)
         for item in report.assumptions:
             expired = f" Expired on {item.valid_until}." if item.is_expired else ""

@@ -16,7 +16,7 @@ from typing import Final
 
 import numpy as np
 
-from adeye.errors import UsageError
+from adeye.errors import UsageError, amount
 from adeye.judge.statistics import MIN_UNITS, RESOLUTION, bca, resampled_sums
 from adeye.judge.verdict import Verdict, exercised_of
 from adeye.report.claims import is_sample
@@ -521,7 +521,7 @@ class _Cells:
         place = (was.architecture, was.scenario or "")
         at = (was.fsr, *place)
         if was.exercised and not has.exercised:
-            text = f"exercised in {counted(was.exercised)} runs in the baseline, in none now"
+            text = f"exercised in {amount(was.exercised, 'run')} in the baseline, in none now"
             yield Finding(Kind.MISSING, text, decides, *at)
         if place in self._rows_then and place in self._rows_now:
             yield from self._pairs(was.fsr, place, decides=decides)
@@ -529,7 +529,7 @@ class _Cells:
         failed, fails = (cell.counts.get(Verdict.FAIL, 0) for cell in (was, has))
         if failed != fails:
             kind = Kind.NEWLY_FAILING if fails > failed else Kind.NEWLY_PASSING
-            text = f"{counted(fails)} runs fail, {counted(failed)} in the baseline"
+            text = f"{amount(fails, 'run fails', 'runs fail')}, {counted(failed)} in the baseline"
             yield Finding(kind, text, decides, *at, runs=(has.run,) if has.run else ())
         loss = compare_cells(was, has, self._tolerances)
         if loss:

@@ -12,11 +12,10 @@ from typing import Any, Final
 
 import numpy as np
 
-from adeye.errors import IntegrityError
+from adeye.errors import IntegrityError, amount
 from adeye.identity import digest
-from adeye.judge.evaluate import VERDICTS
 from adeye.judge.pairing import NOT_JUDGED, NOT_RUN
-from adeye.judge.verdict import ExitCode, Verdict, exit_code
+from adeye.judge.verdict import VERDICTS, ExitCode, Verdict, exit_code
 from adeye.report.claims import designs_of
 from adeye.report.gate.baseline import (
     LETTERS,
@@ -304,7 +303,7 @@ class GateResult:
 
     def __repr__(self) -> str:
         """Name the campaign, the answer and how much was found."""
-        found = f"{self.exit_code.name}, {len(self.findings)} findings"
+        found = f"{self.exit_code.name}, {amount(len(self.findings), 'finding')}"
         return f"<GateResult {self.campaign[:10]}: {found}>"
 
     def __bool__(self) -> bool:

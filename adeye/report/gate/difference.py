@@ -17,10 +17,9 @@ from typing import Any, Final, Literal
 
 import numpy as np
 
-from adeye.judge.evaluate import FAIL, INCONCLUSIVE, PASS, VERDICTS
 from adeye.judge.pairing import NOT_JUDGED, NOT_RUN
 from adeye.judge.requirements import measured
-from adeye.judge.verdict import WORST_FIRST, Verdict
+from adeye.judge.verdict import FAIL, INCONCLUSIVE, PASS, VERDICTS, WORST_FIRST, Verdict
 from adeye.report.gate.changes import Tolerances
 from adeye.report.gate.edits import edits_between
 from adeye.report.model.part import Count, Id, Margin, Part

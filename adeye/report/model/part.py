@@ -17,7 +17,11 @@ class Part(BaseModel):
     """A frozen record of a report; a number that is not finite has no place in it."""
 
     model_config = ConfigDict(
-        frozen=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True
+        defer_build=True,
+        frozen=True,
+        extra="forbid",
+        allow_inf_nan=False,
+        use_attribute_docstrings=True,
     )
 
     @classmethod

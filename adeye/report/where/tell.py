@@ -15,8 +15,8 @@ from typing import Any, Final
 import numpy as np
 
 from adeye.errors import UsageError, require_known, suggest
-from adeye.judge.evaluate import FAIL, INCONCLUSIVE, PASS, VACUOUS
 from adeye.judge.pairing import NOT_JUDGED, number_rows
+from adeye.judge.verdict import FAIL, INCONCLUSIVE, PASS, VACUOUS
 from adeye.report.where import records
 from adeye.report.where.boxes import Box, Scale, separate
 from adeye.report.where.words import FAULT, Words, keyword

@@ -19,9 +19,8 @@ from typing import Any, Final
 import numpy as np
 from sqlalchemy import Connection
 
-from adeye.judge.evaluate import VERDICTS
 from adeye.judge.pairing import NOT_JUDGED, NOT_RUN
-from adeye.judge.verdict import Outcome
+from adeye.judge.verdict import VERDICTS, Outcome
 from adeye.signals import Bools, Floats, Ints
 from adeye.spec.odd import Attributes, CoverageBins
 from adeye.spec.quantity import SI

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, Final, Literal
 
-from adeye.errors import IntegrityError
+from adeye.errors import IntegrityError, amount
 from adeye.judge.preventability import gate_verdict
 from adeye.judge.stl.formula import parse_formula
 from adeye.judge.stl.syntax import names_in, silence_of
@@ -238,7 +238,7 @@ def without_unpreventable(
 
 
 def _runs(count: int) -> str:
-    return f"{count:,} run{'' if count == 1 else 's'}"
+    return amount(count, "run")
 
 
 # --- The verdict of every FSR for every architecture over all scenarios, and the gate's exit code -
@@ -415,7 +415,9 @@ def _first(texts: Sequence[str]) -> str:
 def _told(withdrawn: Sequence[Withdrawal]) -> str:
     """Say of withdrawn results which, by whom and why; nothing if there is none."""
     said = [f"{item.result_digest[:12]} by {item.author}: {item.reason}" for item in withdrawn]
-    return f"{len(withdrawn)} results are withdrawn ({_first(said)})" if said else ""
+    if not said:
+        return ""
+    return f"{amount(len(said), 'result is', 'results are')} withdrawn ({_first(said)})"
 
 
 def withdrawn_in_words(repository: Repository, campaign: CampaignInfo) -> str:

@@ -22,9 +22,8 @@ from sqlalchemy import Connection, Table, text
 
 from adeye.errors import IntegrityError
 from adeye.identity import digest as content_digest
-from adeye.judge.evaluate import VERDICTS
 from adeye.judge.outcome import OUTCOMES
-from adeye.judge.verdict import Verdict
+from adeye.judge.verdict import VERDICTS, Verdict
 from adeye.signals import Ints
 from adeye.store import tables
 from adeye.store.accounts import Done, done_cases, save_done

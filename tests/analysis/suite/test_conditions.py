@@ -82,7 +82,7 @@ def test_target_has_the_default_size_and_surface_of_its_class() -> None:
 
 
 def test_pedestrian_is_the_harder_one_to_see() -> None:
-    car, person = conditions.TARGETS["car"], conditions.TARGETS["pedestrian"]
+    car, person = conditions.target("car"), conditions.target("pedestrian")
     assert person.cross_section_m2 < car.cross_section_m2
     assert person.contrast < car.contrast
     assert person.reflectivity < car.reflectivity

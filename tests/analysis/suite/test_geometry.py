@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from adeye.analysis.suite import geometry
-from adeye.analysis.suite.conditions import CLEAR_AIR, TARGETS, Condition
+from adeye.analysis.suite.conditions import CLEAR_AIR, TARGETS, Condition, target
 from adeye.kernel.sight import DISTANCE, DX, OUTLINE_WIDTH
 from adeye.signals import ILLUMINANCE, parameter_record
 from adeye.simulate.sensors.ranging import reach_in_glare
@@ -185,7 +185,7 @@ def physical_radar() -> Sensor:
 
 
 def far(eye: Sensor, kind: str = "car", condition: Condition = CLEAR) -> float:
-    reach = known(geometry.reach_of(eye, TARGETS[kind], condition))
+    reach = known(geometry.reach_of(eye, target(kind), condition))
     return reach.far
 
 
@@ -203,9 +203,9 @@ def test_object_camera_reaches_as_its_sensor_model() -> None:
 def test_object_lidar_reaches_as_its_sensor_model() -> None:
     eye = sensor(kind="lidar", mount=ROOF, field_of_view=6.0, range=150.0)
     rain = CONDITIONS[1]
-    for target in TARGETS.values():
-        expected = lidar_range(150.0, target.reflectivity, 0.9, rain.rain_mps, rain.visibility_m)
-        assert far(eye, target.id, rain) == expected
+    for look in map(target, TARGETS):
+        expected = lidar_range(150.0, look.reflectivity, 0.9, rain.rain_mps, rain.visibility_m)
+        assert far(eye, look.id, rain) == expected
 
 
 def test_object_radar_keeps_its_range_in_rain() -> None:
@@ -255,7 +255,7 @@ def test_physical_lidar_ends_where_the_light_does_or_without_a_return_at_once() 
 
 def test_level_layer_above_the_car_never_hits_it_but_a_taller_thing() -> None:
     above = physical_lidar(mount={**LOW, "z": 1.6})
-    assert geometry.reach_of(above, TARGETS["car"], CLEAR) == geometry.Reach(0.0, 0.0)
+    assert geometry.reach_of(above, target("car"), CLEAR) == geometry.Reach(0.0, 0.0)
     assert far(above, "pedestrian") > 20.0
 
 
@@ -263,19 +263,19 @@ def test_roof_lidar_sees_a_car_from_where_its_lowest_layer_meets_the_roof() -> N
     eye = physical_lidar(
         mount={**ROOF, "z": 2.0}, layers=64, vertical_field_of_view=0.4, beams=4096
     )
-    reach = known(geometry.reach_of(eye, TARGETS["car"], CLEAR))
+    reach = known(geometry.reach_of(eye, target("car"), CLEAR))
     assert reach.near == pytest.approx(0.5 / math.tan(0.2), abs=0.26)
     assert reach.far > 50.0
 
 
 def test_ultrasonic_sensor_begins_behind_its_blind_zone() -> None:
     eye = sensor(kind="ultrasonic", mount=LOW, field_of_view=1.0, range=5.0, blind_zone=0.3)
-    assert geometry.reach_of(eye, TARGETS["car"], CLEAR) == geometry.Reach(0.3, 5.0)
+    assert geometry.reach_of(eye, target("car"), CLEAR) == geometry.Reach(0.3, 5.0)
 
 
 def test_what_does_not_look_around_has_no_reach() -> None:
     for kind in ("localisation", "ground_truth", "gnss", "./own.py:Sonar"):
-        assert geometry.reach_of(sensor(kind=kind), TARGETS["car"], CLEAR) is None
+        assert geometry.reach_of(sensor(kind=kind), target("car"), CLEAR) is None
 
 
 @pytest.mark.parametrize("make", [camera, physical_camera, physical_lidar])
@@ -313,7 +313,7 @@ def test_object_camera_reaches_as_its_sensor_model_in_a_low_sun() -> None:
 def test_contrast_that_a_low_sun_veils_is_missing_in_the_image() -> None:
     elevation, visibility = math.radians(15.0), 200.0
     eye = physical_camera(columns=1024, rows=512, contrast_threshold=0.05, headlamps=0.0)
-    contrast = TARGETS["car"].contrast
+    contrast = target("car").contrast
     luminance = 0.2 * 2e4 / math.pi
     veiling = 10.0 * 2e4 * math.cos(elevation) / 15.0**2
     light = math.sqrt(1.0 + 120.0 / 2e4)

@@ -51,7 +51,7 @@ def test_markdown_is_whole_tables_whatever_is_in_them(capsys: pytest.CaptureFixt
     _print_markdown(changed())
     text = capsys.readouterr().out
     assert r"| FSR-1 | text | Keep \*2 m\* | Keep 3 m |" in text
-    assert "1 results are not judged by it" in text
+    assert "1 result is not judged by it" in text
     assert "PASS → not applicable" in text
     assert "and 10 more" in text
     for table in re.findall(r"(?:^\|.*\n)+", text, re.MULTILINE):

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.judge.evaluate import FAIL, INCONCLUSIVE, PASS, VACUOUS
 from adeye.judge.statistics import mcnemar_p
+from adeye.judge.verdict import FAIL, INCONCLUSIVE, PASS, VACUOUS
 from adeye.report.comparison.compare import MarginBootstrap, Matched, PointCounts, Units, infer
 from adeye.store.read.bulk import Labels
 from tests.refusals import refused

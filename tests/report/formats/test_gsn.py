@@ -85,7 +85,7 @@ def test_verdict_of_a_mandatory_fsr_reaches_the_top_and_of_an_optional_one_nothi
 def test_broken_rule_leaves_the_top_undeveloped(report: Report) -> None:
     argument = gsn.argument_of(report)
     assert argument.nodes[0].state == "undeveloped"
-    assert "1 findings" in node(argument, "C-findings").text
+    assert "1 finding" in node(argument, "C-findings").text
 
 
 def test_goal_without_an_fsr_and_no_gate_support_nothing(sound: Report) -> None:

@@ -309,7 +309,7 @@ def test_withdrawn_results_are_said_whatever_waives_their_runs(
         found = judge_campaign(repository, campaign, None, Tolerances())
     (said,) = [item for item in found.own if item.kind is Kind.MISSING]
     assert said.decides
-    assert said.text == (f"1 results are withdrawn ({run.result_digest[:12]} by J. Doe: wrong map)")
+    assert said.text == (f"1 result is withdrawn ({run.result_digest[:12]} by J. Doe: wrong map)")
 
 
 def test_only_a_contact_that_no_named_driver_avoids_is_set_aside(

@@ -12,8 +12,8 @@ import pytest
 from adeye.campaign.plan import CampaignPlan
 from adeye.campaign.selection import Keyword
 from adeye.errors import UsageError
-from adeye.judge.evaluate import FAIL, INCONCLUSIVE, INVALID, PASS, VACUOUS
 from adeye.judge.pairing import NOT_RUN
+from adeye.judge.verdict import FAIL, INCONCLUSIVE, INVALID, PASS, VACUOUS
 from adeye.report.where.records import Separation, Site
 from adeye.report.where.tell import Cases, cases_of, tell_where
 from adeye.store.read.bulk import Labels

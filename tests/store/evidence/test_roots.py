@@ -83,7 +83,7 @@ def test_withdrawn_result_is_no_evidence_in_any_campaign(store: Store, verdict: 
     assert (told.author, told.reason, told.result_digest) == ("jo", "wrong map", run)
     code, message = gate_code(repository, info)
     assert code is ExitCode.INCOMPLETE
-    assert f"1 results are withdrawn ({run[:12]} by jo: wrong map)" in message
+    assert f"1 result is withdrawn ({run[:12]} by jo: wrong map)" in message
     (status,) = [item for item in repository.gate(info.id) if item.architecture == "new"]
     assert status.verdict is Verdict.NOT_RUN
     assert (status.counts[Verdict.PASS], status.counts[Verdict.NOT_RUN]) == (3, 1)

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from adeye.judge.evaluate import VERDICTS
 from adeye.judge.pairing import NOT_JUDGED, NOT_RUN
+from adeye.judge.verdict import VERDICTS
 from adeye.store.read import bulk
 from adeye.store.read.query import run_query
 from adeye.store.repository import Repository

@@ -234,7 +234,7 @@ def test_sample_with_a_withdrawn_twin_tells_no_uncertainty(store: Store) -> None
     ]
     code, why = gate_code(store.repository, info)
     assert code is ExitCode.INCOMPLETE
-    assert "1 results are withdrawn" in why
+    assert "1 result is withdrawn" in why
     other = store.campaign(8)
     assert store.repository.evidence.withdrawals(other) == ()
 
