@@ -3,6 +3,7 @@
 AdeyeError
 ├── InputError      exit 2: the user wrote something that cannot be used
 │   ├── SpecError, SweepError, ExpressionError, UnitError, UsageError
+│   ├── MissingExtra: what was asked for needs a library that is not installed
 │   └── InputErrors: several at once
 ├── PlatformError   exit 5: database, disk, permissions
 │   └── LostConnection: to a server, which may answer again
@@ -89,6 +90,28 @@ class UsageError(InputError):
     """A command or function was called in a way that it does not support."""
 
 
+class MissingExtra(InputError):  # noqa: N818 - what is so, not who erred
+    """What was asked for needs an extra of the package that is not installed."""
+
+    @classmethod
+    def of(cls, what: str, extra: str, *, otherwise: str = "") -> MissingExtra:
+        """Say what needs which extra.
+
+        Args:
+            what: Begins the sentence, in the singular.
+            extra: Name of the extra.
+            otherwise: What can be done without it, after "or".
+
+        >>> print(MissingExtra.of("a signature", "sign"))
+        MissingExtra: a signature needs adeye[sign]. Install it: pip install 'adeye[sign]'.
+        """
+        instead = otherwise and f", or {otherwise}"
+        return cls(
+            f"{what} needs adeye[{extra}]",
+            remedy=f"Install it: pip install 'adeye[{extra}]'{instead}.",
+        )
+
+
 class InputErrors(InputError):  # noqa: N818 - several errors
     """Several input errors, each on a line of its own.
 
@@ -111,6 +134,27 @@ class InputErrors(InputError):  # noqa: N818 - several errors
     def __reduce__(self) -> tuple[object, ...]:
         """Keep the list when the error crosses a process boundary."""
         return partial(InputErrors, unlisted=self.unlisted), (self.errors,)
+
+
+@contextmanager
+def needing(what: str, extra: str, *, otherwise: str = "") -> Iterator[None]:
+    """Say which extra is missing where an import within fails.
+
+    Args:
+        what: What needs it, see ``MissingExtra.of``.
+        extra: Name of the extra.
+        otherwise: What can be done without it.
+
+    Raises:
+        MissingExtra: It, or something that it needs in turn, is not installed.
+        ImportError: A module of our own cannot be imported, which is a defect.
+    """
+    try:
+        yield
+    except ImportError as error:
+        if (error.name or "").partition(".")[0] == "adeye":
+            raise
+        raise MissingExtra.of(what, extra, otherwise=otherwise) from error
 
 
 @contextmanager

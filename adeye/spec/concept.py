@@ -25,11 +25,11 @@ from typing import Annotated, Any, ClassVar, Final, Literal, Self
 from pydantic import (
     BeforeValidator,
     Field,
-    ModelWrapValidatorHandler,
     PrivateAttr,
     WithJsonSchema,
     model_validator,
 )
+from pydantic.functional_validators import ModelWrapValidatorHandler
 
 from adeye.errors import UnitError, suggest
 from adeye.fields import fields_of
