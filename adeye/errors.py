@@ -136,6 +136,62 @@ class InputErrors(InputError):  # noqa: N818 - several errors
         return partial(InputErrors, unlisted=self.unlisted), (self.errors,)
 
 
+def raise_all(errors: Sequence[InputError], *, unlisted: int = 0) -> None:
+    """Raise input errors as one, if there are any.
+
+    Args:
+        errors: Those to list.
+        unlisted: How many more there are.
+
+    Raises:
+        InputError: The only one.
+        InputErrors: All of several.
+    """
+    if len(errors) == 1 and not unlisted:
+        raise errors[0]
+    if errors:
+        raise InputErrors(errors, unlisted=unlisted)
+
+
+class Together:
+    """Collects the input errors of steps that do not build on each other, and raises them as one.
+
+    >>> together = Together()
+    >>> for text in ("slow", "20 m/s"):
+    ...     with together:
+    ...         if text == "slow":
+    ...             raise UnitError(f"{text} has no unit")
+    >>> together.finish()
+    Traceback (most recent call last):
+    adeye.errors.UnitError: UnitError: slow has no unit.
+    """
+
+    def __init__(self) -> None:
+        self._errors: dict[str, InputError] = {}
+        self._unlisted = 0
+
+    def __enter__(self) -> None:
+        """Begin a step."""
+
+    def __exit__(self, _kind: object, error: BaseException | None, _where: object) -> bool:
+        """End it and keep an input error; one and the same of two steps counts once."""
+        if isinstance(error, InputErrors):
+            self._errors |= {str(item): item for item in error.errors}
+            self._unlisted += error.unlisted
+        elif isinstance(error, InputError):
+            self._errors.setdefault(str(error), error)
+        return isinstance(error, InputError)
+
+    def finish(self) -> None:
+        """Raise what was kept, if anything was.
+
+        Raises:
+            InputError: The only one.
+            InputErrors: All, in the order of the steps.
+        """
+        raise_all([*self._errors.values()], unlisted=self._unlisted)
+
+
 @contextmanager
 def needing(what: str, extra: str, *, otherwise: str = "") -> Iterator[None]:
     """Say which extra is missing where an import within fails.

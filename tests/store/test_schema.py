@@ -31,7 +31,7 @@ from tests.store.conftest import Store
 from tests.store.raw import unguarded
 from tests.stored import stored
 
-HELD = {"sqlite": "0013 eb0e5c175ac245ca", "postgresql": "0013 85da292b072c8b41"}
+HELD = {"sqlite": "0014 aba95687c1f4c9af", "postgresql": "0014 147e85bdef1d51fe"}
 """Version, and digest of all statements that make it."""
 
 NEXT: str = stored("plugins")["next_version"]
@@ -41,10 +41,10 @@ NEXT: str = stored("plugins")["next_version"]
 def next_version(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     folder = tmp_path / "migrations"
     shutil.copytree(Path(schema.__file__).parent / "migrations", folder)
-    (folder / "versions" / "0014_noticed.py").write_text(NEXT)
+    (folder / "versions" / "0015_noticed.py").write_text(NEXT)
     monkeypatch.setattr(schema, "_FOLDER", folder)
-    monkeypatch.setattr(schema, "_HEAD", "0014")
-    return "0014"
+    monkeypatch.setattr(schema, "_HEAD", "0015")
+    return "0015"
 
 
 def set_version(path: Path, version: str) -> None:
