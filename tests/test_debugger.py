@@ -70,7 +70,7 @@ def test_breakpoint_shows_values_and_nothing_of_its_block_is_kept(
     passed = []
 
     def work() -> None:
-        with debugger.executing(), guest("mine.py:Mine"):
+        with debugger.executing(), debugger.executing(), guest("mine.py:Mine"):
             seen = 1
             breakpoint()
             passed.append(seen)

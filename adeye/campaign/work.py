@@ -205,14 +205,15 @@ class WorkContext:
 
     def drive(self, cases: Sequence[TestCase], **how: Any) -> Trace:
         """Execute test cases of one structure, see ``simulate.engine.run``."""
-        return run_batch(
-            cases,
-            backend=self.backend,
-            variant=self.variant,
-            base_dirs=self.folders,
-            pace=self.pace,
-            **how,
-        )
+        with debugger.executing():
+            return run_batch(
+                cases,
+                backend=self.backend,
+                variant=self.variant,
+                base_dirs=self.folders,
+                pace=self.pace,
+                **how,
+            )
 
 
 @dataclass(frozen=True)
