@@ -16,7 +16,7 @@ DEMO_REPORT := reports/motorway_chauffeur.html
 
 .DEFAULT_GOAL := help
 .PHONY: help env demo test server slow rest full parity chaos check lint types docs kernels wheel \
-	bench clean
+	versions bench clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)$$/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 14
@@ -53,7 +53,7 @@ BUDGET ?= 300
 rest: $(STAMP)  ## run what `make test` leaves out, as far as it fits BUDGET=300 seconds
 	$(BIN)/pytest -n $(JOBS) --dist loadfile -m "slow or server" --budget $(BUDGET)
 
-full: test server slow check kernels  ## run everything; takes hours
+full: test server slow check kernels versions  ## run everything; takes hours
 
 # Both traffic implementations judge alike: two ODDs in full and a sample of the million.
 CASES ?= 1000
@@ -84,6 +84,10 @@ kernels: $(STAMP)  ## run the kernels as plain Python: nothing may hang on the c
 
 wheel: $(STAMP)
 	.ci/lean_install $(BIN)/python
+
+# Each end of the bounds in a fresh environment; it downloads both.
+versions: $(STAMP)  ## try the lowest and the newest versions of what the package depends on
+	.ci/versions $(BIN)/python
 
 bench: $(STAMP)  ## measure: one question per file in benchmarks/
 	@for file in benchmarks/*.py; do \

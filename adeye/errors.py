@@ -3,6 +3,7 @@
 AdeyeError
 ├── InputError      exit 2: the user wrote something that cannot be used
 │   ├── SpecError, SweepError, ExpressionError, UnitError, UsageError
+│   ├── MissingExtra: what was asked for needs a library that is not installed
 │   └── InputErrors: several at once
 ├── PlatformError   exit 5: database, disk, permissions
 │   └── LostConnection: to a server, which may answer again
@@ -89,6 +90,28 @@ class UsageError(InputError):
     """A command or function was called in a way that it does not support."""
 
 
+class MissingExtra(InputError):  # noqa: N818 - what is so, not who erred
+    """What was asked for needs an extra of the package that is not installed."""
+
+    @classmethod
+    def of(cls, what: str, extra: str, *, otherwise: str = "") -> MissingExtra:
+        """Say what needs which extra.
+
+        Args:
+            what: Begins the sentence, in the singular.
+            extra: Name of the extra.
+            otherwise: What can be done without it, after "or".
+
+        >>> print(MissingExtra.of("a signature", "sign"))
+        MissingExtra: a signature needs adeye[sign]. Install it: pip install 'adeye[sign]'.
+        """
+        instead = otherwise and f", or {otherwise}"
+        return cls(
+            f"{what} needs adeye[{extra}]",
+            remedy=f"Install it: pip install 'adeye[{extra}]'{instead}.",
+        )
+
+
 class InputErrors(InputError):  # noqa: N818 - several errors
     """Several input errors, each on a line of its own.
 
@@ -111,6 +134,83 @@ class InputErrors(InputError):  # noqa: N818 - several errors
     def __reduce__(self) -> tuple[object, ...]:
         """Keep the list when the error crosses a process boundary."""
         return partial(InputErrors, unlisted=self.unlisted), (self.errors,)
+
+
+def raise_all(errors: Sequence[InputError], *, unlisted: int = 0) -> None:
+    """Raise input errors as one, if there are any.
+
+    Args:
+        errors: Those to list.
+        unlisted: How many more there are.
+
+    Raises:
+        InputError: The only one.
+        InputErrors: All of several.
+    """
+    if len(errors) == 1 and not unlisted:
+        raise errors[0]
+    if errors:
+        raise InputErrors(errors, unlisted=unlisted)
+
+
+class Together:
+    """Collects the input errors of steps that do not build on each other, and raises them as one.
+
+    >>> together = Together()
+    >>> for text in ("slow", "20 m/s"):
+    ...     with together:
+    ...         if text == "slow":
+    ...             raise UnitError(f"{text} has no unit")
+    >>> together.finish()
+    Traceback (most recent call last):
+    adeye.errors.UnitError: UnitError: slow has no unit.
+    """
+
+    def __init__(self) -> None:
+        self._errors: dict[str, InputError] = {}
+        self._unlisted = 0
+
+    def __enter__(self) -> None:
+        """Begin a step."""
+
+    def __exit__(self, _kind: object, error: BaseException | None, _where: object) -> bool:
+        """End it and keep an input error; one and the same of two steps counts once."""
+        if isinstance(error, InputErrors):
+            self._errors |= {str(item): item for item in error.errors}
+            self._unlisted += error.unlisted
+        elif isinstance(error, InputError):
+            self._errors.setdefault(str(error), error)
+        return isinstance(error, InputError)
+
+    def finish(self) -> None:
+        """Raise what was kept, if anything was.
+
+        Raises:
+            InputError: The only one.
+            InputErrors: All, in the order of the steps.
+        """
+        raise_all([*self._errors.values()], unlisted=self._unlisted)
+
+
+@contextmanager
+def needing(what: str, extra: str, *, otherwise: str = "") -> Iterator[None]:
+    """Say which extra is missing where an import within fails.
+
+    Args:
+        what: What needs it, see ``MissingExtra.of``.
+        extra: Name of the extra.
+        otherwise: What can be done without it.
+
+    Raises:
+        MissingExtra: It, or something that it needs in turn, is not installed.
+        ImportError: A module of our own cannot be imported, which is a defect.
+    """
+    try:
+        yield
+    except ImportError as error:
+        if (error.name or "").partition(".")[0] == "adeye":
+            raise
+        raise MissingExtra.of(what, extra, otherwise=otherwise) from error
 
 
 @contextmanager

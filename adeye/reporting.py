@@ -11,8 +11,8 @@ from adeye.campaign import summary
 from adeye.campaign.replay import Execution, recorded, rerun
 from adeye.campaign.run import Progress
 from adeye.campaign.stale import find_stale
-from adeye.errors import InputError
-from adeye.exchange import needing, require_place
+from adeye.errors import InputError, needing
+from adeye.exchange import require_place
 from adeye.exchange.view import Account, Remark, RunView
 from adeye.judge.verdict import Verdict
 from adeye.outputs import replacing, replacing_folder, write_atomically
@@ -661,7 +661,7 @@ def _commonroad_writer(folder: Path) -> Write:
 
 
 def _rosbag_writer(path: Path, shown: BinaryIO | None) -> Write:
-    with needing("rosbags", "viz"):
+    with needing("a bag of ROS", "viz"):
         from adeye.exchange.rosbag import FILE, NAMES, is_own, write_rosbag
     if path.suffix != FILE:
         require_place(path, NAMES, "a bag of ROS 2", is_own)

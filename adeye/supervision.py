@@ -55,6 +55,8 @@ _inside: Final[set[int]] = set()
 _folder = ""
 """Working folder before any of them began; empty if it is gone."""
 _worker = 0
+_look: Callable[[BaseException], None] | None = None
+"""Looks at what code from outside raises, before it is contained."""
 
 
 def note_in(memory: Any) -> None:
@@ -112,11 +114,25 @@ class guest:  # noqa: N801 - read as `with guest(name):`
             finally:
                 # Not before: who comes meanwhile would take the folder that is left for the usual.
                 _inside.discard(self._slot)
+        if error is not None:
+            raised(error)
         if error is None or not self._kind or isinstance(error, AdeyeError) or is_asked(error):
             return
         raise PluginError(
             f"the {self._kind} {self._name} raised {told(error, self._asked)}"
         ) from error
+
+
+def watch(look: Callable[[BaseException], None] | None) -> None:
+    """Have what code from outside raises looked at before it is contained; None for nobody."""
+    global _look  # noqa: PLW0603 - there is one process
+    _look = look
+
+
+def raised(error: BaseException) -> None:
+    """Have an exception of code from outside looked at, which is about to be contained."""
+    if _look is not None and not is_asked(error):
+        _look(error)
 
 
 def _remember_folder() -> None:

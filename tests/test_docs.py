@@ -39,7 +39,8 @@ WALKED = [README, *GUIDE, COOKBOOK, QUESTIONS]
 ALONE = [
     ROOT / "docs" / "guide" / f"{name}.md"
     for name in (
-        *("channel-tiers", "channels", "ci", "concepts-and-fsrs", "coverage", "evidence"),
+        *("channel-tiers", "channels", "ci", "concepts-and-fsrs", "coverage", "decomposition"),
+        *("evidence", "fitting-together"),
         *(
             "gymnasium",
             "odd",
@@ -283,7 +284,7 @@ def test_every_metric_and_series_is_in_the_reference() -> None:
 
 def test_every_view_is_explained() -> None:
     page = text_of(ROOT / "docs" / "guide" / "results-and-sql.md")
-    rules = text_of(ROOT / "docs" / "guide" / "concepts-and-fsrs.md")
+    rules = text_of(ROOT / "docs" / "guide" / "fitting-together.md")
     for view in view_ddl():
         rule = view.removeprefix("v_check_")
         assert f"`{view}`" in page if rule == view else f"| `{rule}` |" in rules

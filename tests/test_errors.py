@@ -2,6 +2,8 @@
 
 import pickle
 
+import pytest
+
 from adeye import errors
 
 WHERE = errors.SourceLocation("odd/motorway.yaml", 14, 9)
@@ -23,6 +25,7 @@ def test_only_what_the_user_causes_is_an_input_error_and_ends_with_2() -> None:
         errors.ExpressionError,
         errors.UnitError,
         errors.UsageError,
+        errors.MissingExtra,
         errors.InputErrors,
     ):
         assert issubclass(kind, errors.InputError)
@@ -31,6 +34,17 @@ def test_only_what_the_user_causes_is_an_input_error_and_ends_with_2() -> None:
     for other in (errors.IntegrityError, errors.PlatformError):
         assert issubclass(other, errors.AdeyeError)
         assert not issubclass(other, errors.InputError)
+
+
+def test_only_a_module_of_somebody_else_is_a_missing_extra() -> None:
+    for name in ("mcap", "a_part_of.mcap", None):
+        with (
+            pytest.raises(errors.MissingExtra, match=r"MCAP needs adeye\[viz\].*, or wait\.$"),
+            errors.needing("MCAP", "viz", otherwise="wait"),
+        ):
+            raise ModuleNotFoundError(name=name)
+    with pytest.raises(ModuleNotFoundError), errors.needing("MCAP", "viz"):
+        raise ModuleNotFoundError(name="adeye.nothing")
 
 
 def test_class_of_a_guest_has_the_exit_code_of_what_it_derives_from() -> None:
@@ -54,6 +68,7 @@ def test_error_survives_pickling() -> None:
     for error in (
         errors.SweepError("wrong", where=WHERE, remedy="Mend it."),
         errors.SpecError("wrong"),
+        errors.MissingExtra.of("a signature", "sign"),
         errors.InputErrors(
             [errors.SpecError("one", where=WHERE), errors.UnitError("two")], unlisted=3
         ),

@@ -14,7 +14,16 @@ import numpy as np
 from pydantic import BaseModel
 
 from adeye.campaign.parts import Parts, load_code, named_files
-from adeye.errors import ExpressionError, InputError, SpecError, SweepError, placed, suggest
+from adeye.errors import (
+    ExpressionError,
+    InputError,
+    SpecError,
+    SweepError,
+    Together,
+    placed,
+    raise_all,
+    suggest,
+)
 from adeye.identity import digest
 from adeye.kernel.relation import tick_times
 from adeye.simulate.channels.factory import make_channel
@@ -116,17 +125,16 @@ BATCH = 1_024
 FASTEST = parse_quantity(BOUNDS["rate"][1], Dimension.FREQUENCY)
 
 
-def check_scenarios(files: OddFiles) -> None:
-    """Check the formulas and references of every scenario.
+def check_formulas(loaded: Loaded[LogicalScenario]) -> None:
+    """Check the formulas and references of a scenario.
 
     Raises:
-        SpecError: The first that is wrong, with its place.
+        InputError: What is wrong, with its place; several errors come as ``InputErrors``.
     """
-    for item in files.scenarios.values():
-        # On a map each place has its own lanes, see ``refused_places``.
-        passed = list(missing_lanes(item.spec)) if item.spec.world.map else []
-        for loc, message in (one for one in check_scenario(item.spec) if one not in passed):
-            raise SpecError(message, where=item.locate(loc))
+    # On a map each place has its own lanes, see ``refused_places``.
+    passed = list(missing_lanes(loaded.spec)) if loaded.spec.world.map else []
+    found = (one for one in check_scenario(loaded.spec) if one not in passed)
+    raise_all([SpecError(message, where=loaded.locate(loc)) for loc, message in found])
 
 
 def check_defaults(scenario: LogicalScenario) -> list[Finding]:
@@ -219,21 +227,25 @@ def check_onsets(files: OddFiles) -> None:
     """Check the onset conditions of the faults against the scenarios that they occur in.
 
     Raises:
-        SpecError: A condition names what a scenario does not have, or cannot be computed.
+        InputError: A condition names what a scenario does not have, or cannot be computed.
     """
+    together = Together()
     for number, fault in enumerate(files.odd.spec.faults):
         where = files.odd.locate(("faults", number, "onset", "when"))
-        for use in files.odd.spec.scenarios:
-            if fault.id in _fault_ids(use, files):
-                _check_onset(fault, files.scenarios[use.name].spec, use.name, where)
+        with together:
+            for use in files.odd.spec.scenarios:
+                if fault.id in _fault_ids(use, files):
+                    _check_onset(fault, files.scenarios[use.name].spec, use.name, where)
+    together.finish()
 
 
 def check_hooks(files: OddFiles) -> None:
     """Check that channels offer a hook for the faults inside them.
 
     Raises:
-        SpecError: A channel does not, in an architecture that has it.
+        InputError: A channel does not, in an architecture that has it.
     """
+    found: list[InputError] = []
     for number, fault in enumerate(files.odd.spec.faults):
         is_used = any(fault.id in _fault_ids(use, files) for use in files.odd.spec.scenarios)
         if fault.port != "hooks" or not is_used:
@@ -245,26 +257,32 @@ def check_hooks(files: OddFiles) -> None:
             made = make_channel(channel.kind, item.path.parent)
             hooks: tuple[str, ...] = tuple(getattr(made, "hooks", ()))
             if fault.model not in hooks:
-                raise SpecError(
+                error = SpecError(
                     f"fault {fault.id}: channel {fault.target_id} of architecture {name} "
                     f"({channel.kind}) has no hook {fault.model}",
                     where=files.odd.locate(("faults", number, "model")),
                     remedy=f"It has {', '.join(hooks) or 'none'}; see HookedChannel.",
                 )
+                found.append(error)
+    raise_all(found)
 
 
 def check_fits(files: OddFiles) -> None:
     """Check that what each fault does has a meaning for its target in every architecture.
 
     Raises:
-        SpecError: The first that has none, with its place.
+        InputError: What has none, with its place; several errors come as ``InputErrors``.
     """
+    together = Together()
     for number, fault in enumerate(files.odd.spec.faults):
         where = files.odd.locate(("faults", number, "delay"))
-        _check_delay(fault, files.odd.spec.step, where)
+        with together:
+            _check_delay(fault, files.odd.spec.step, where)
         for item in files.architectures.values():
             for loc, text in _misfits(fault, item.spec):
-                raise SpecError(text, where=files.odd.locate(("faults", number, *loc)))
+                with together:
+                    raise SpecError(text, where=files.odd.locate(("faults", number, *loc)))
+    together.finish()
 
 
 def over_budget(concept: Concept) -> Iterator[str]:

@@ -18,10 +18,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 from adeye.campaign import check
 from adeye.campaign.parts import Parts, load_parts, sources, use_plugin_metrics
+from adeye.campaign.selection import PartTags
 from adeye.campaign.work import WorkContext, compiled_parts
-from adeye.errors import InputError, IntegrityError, SpecError, placed
+from adeye.errors import InputError, IntegrityError, SpecError, Together, placed
 from adeye.judge.requirements import (
     CheckedRequirement,
+    CheckedRequirements,
     JudgedPlan,
     check_demands,
     check_requirements,
@@ -587,6 +589,14 @@ class CampaignPlan:
                 )
 
     @property
+    def tags(self) -> PartTags:
+        """What scenarios and architectures are found by."""
+        return PartTags(
+            {name: item.spec.tags.by_name for name, item in self.files.scenarios.items()},
+            {name: item.spec.tags for name, item in self.files.architectures.items()},
+        )
+
+    @property
     def compiled_parts(self) -> frozenset[str]:
         """Names of what is compiled for these architectures and not for every one."""
         work = self.work
@@ -663,22 +673,10 @@ def make_plan(
     Raises:
         InputError: Anything is wrong; the message has file, line and column.
     """
-    files = load_odd(path)
-    check.check_scenarios(files)
+    files = load_odd(path, check.check_formulas)
     engine = identity(backend, variant)
-    metrics = _load_metrics(files)
-    parts = {name: load_parts(item, metrics) for name, item in files.architectures.items()}
-    expansion = expand(files)
-    check.check_onsets(files)
-    check.check_hooks(files)
-    check.check_fits(files)
-    if files.odd.spec.uncertainty is not None:
-        half = files.odd.spec.step / 2.0
-        said = f"uncertainty asks for runs with half the step, {half:g} s; "
-        with placed(files.odd.locate(("uncertainty",)), said):
-            check_clock(files, half)
+    parts, expansion, requirements = _checked(files)
     concept, judged = files.concept, judged_plan(files, parts)
-    requirements = check_requirements(concept.spec, judged, concept.locate)
     seen: set[object] = set()
     refused = check.refused_places(expansion, seen)
     expansion = expand(files, refused) if refused else expansion
@@ -702,6 +700,52 @@ def make_plan(
         meanwhile(plan)
     check_demands(concept.spec, judged, expansion.played(), concept.locate)
     return plan
+
+
+def _checked(
+    files: OddFiles,
+) -> tuple[dict[str, Parts], Expansion, CheckedRequirements]:
+    """Check files that can be read against each other: plug-ins, sweeps, faults and FSRs.
+
+    What is wrong in one of them is told together with what is wrong in the others. What needs the
+    values of test cases comes later: there are none before.
+    """
+    together = Together()
+    metrics: tuple[Part, ...] | None = None
+    parts: dict[str, Parts] = {}
+    expansion: Expansion | None = None
+    requirements: CheckedRequirements | None = None
+    with together:
+        metrics = _load_metrics(files)
+    for name, item in files.architectures.items():
+        with together:
+            parts[name] = load_parts(item, metrics or ())
+    with together:
+        expansion = expand(files)
+    with together:
+        check.check_onsets(files)
+    is_loaded = metrics is not None and len(parts) == len(files.architectures)
+    if is_loaded:
+        with together:
+            check.check_hooks(files)
+    with together:
+        check.check_fits(files)
+    if files.odd.spec.uncertainty is not None:
+        half = files.odd.spec.step / 2.0
+        said = f"uncertainty asks for runs with half the step, {half:g} s; "
+        with together, placed(files.odd.locate(("uncertainty",)), said):
+            check_clock(files, half)
+    if is_loaded:
+        # Signals of monitors and metrics are those of plug-ins.
+        concept = files.concept
+        with together:
+            judged = judged_plan(files, parts)
+            requirements = check_requirements(concept.spec, judged, concept.locate)
+    together.finish()
+    # Without either there is an error.
+    assert expansion is not None
+    assert requirements is not None
+    return parts, expansion, requirements
 
 
 def _load_metrics(files: OddFiles) -> tuple[Part, ...]:

@@ -40,7 +40,7 @@ from typing import TYPE_CHECKING, Any, Final, Generic
 from adeye.campaign.executors import allow_children
 from adeye.campaign.parts import Source, Unchanged, sources
 from adeye.campaign.work import BatchResult, BatchTask, WorkContext, execute
-from adeye.errors import IntegrityError, PlatformError, SpecError, UnfitWorker, UsageError
+from adeye.errors import IntegrityError, PlatformError, SpecError, UnfitWorker, UsageError, needing
 from adeye.notices import notice, waiting_for
 from adeye.plugins import load_part, source_digest
 from adeye.ports import Done, Executor, ExecutorContext, Result, Task
@@ -764,14 +764,9 @@ def _dask_release(found: str | None) -> str:
 
 
 def _modules() -> tuple[Any, Any]:
-    try:
+    with needing("the executor dask", "distributed"):
         import dask
         import distributed
-    except ImportError as error:
-        raise UsageError(
-            "the executor dask needs adeye[distributed]",
-            remedy="Install it: pip install 'adeye[distributed]'.",
-        ) from error
     return dask, distributed
 
 

@@ -684,7 +684,7 @@ class _Campaign:
         if stored.is_new or stored.to_execute or stored.to_judge:
             repository.evidence.add_session(stored.campaign, record.provenance)
         repository.queue.requeue_quarantined(stored.campaign)
-        chosen = self._session.choice.ordinals(repository.queue, stored, size)
+        chosen = self._session.choice.ordinals(repository.queue, stored, size, plan.tags)
         keep = self._context.keep
         traces = None if keep is None else keep.folder
         elsewhere = None if executor is None else executor.open(plan, traces)

@@ -21,7 +21,7 @@ from adeye.store.write.planning import block_bounds
 from adeye.sweep.axes import quantity_or_text
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     from adeye.signals import Bools
     from adeye.store.records import Plan
@@ -80,6 +80,29 @@ class Shard:
 
 
 @dataclass(frozen=True, slots=True)
+class PartTags:
+    """Tags of what a campaign is made of.
+
+    Attributes:
+        scenarios: By the id in the ODD, text by name.
+        architectures: The same.
+    """
+
+    scenarios: Mapping[str, Mapping[str, str]]
+    architectures: Mapping[str, Mapping[str, str]]
+
+    def of(self, case: NamedCase) -> tuple[tuple[str, str], ...]:
+        """Return name and text of those of a test case."""
+        return (
+            *self.scenarios.get(case.scenario, {}).items(),
+            *self.architectures.get(case.architecture, {}).items(),
+        )
+
+
+NO_TAGS: Final = PartTags({}, {})
+
+
+@dataclass(frozen=True, slots=True)
 class Choice:
     """What of a campaign is executed; all of these at once.
 
@@ -108,13 +131,16 @@ class Choice:
         ]
         return " ".join(part for part in parts if part)
 
-    def ordinals(self, queue: Queue, planned: Plan, block_size: int) -> Bools | None:
+    def ordinals(
+        self, queue: Queue, planned: Plan, block_size: int, tags: PartTags = NO_TAGS
+    ) -> Bools | None:
         """Tell which test cases are chosen.
 
         Args:
             queue: Of the database.
             planned: The plan, which is saved.
             block_size: Most test cases in a block.
+            tags: Of its scenarios and architectures.
 
         Returns:
             (N,) for each ordinal; None for all.
@@ -126,7 +152,7 @@ class Choice:
             chosen &= self.shard.ordinals(planned, block_size)
         if self.keyword is not None:
             for ordinal, case, _ in queue.cases(planned.campaign):
-                chosen[ordinal] &= self.keyword.matches(case)
+                chosen[ordinal] &= self.keyword.matches(case, tags)
         if self.last_failed:
             chosen &= failed_last(queue, planned)
         return chosen
@@ -183,10 +209,11 @@ _CLOSE: Final = 1e-9
 
 @dataclass(frozen=True)
 class _Names:
-    """What words look at in one test case: texts, and swept values by name."""
+    """What words look at in one test case: texts, swept values by name, and tags."""
 
     texts: tuple[str, ...]
     values: dict[str, Any]
+    tags: tuple[tuple[str, str], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -194,9 +221,9 @@ class Keyword:
     """A parsed expression.
 
     A word chooses the test cases that have it in the id of the scenario, the architecture or the
-    faults, or in ``name=value`` of a swept parameter, whatever its case. A word ``name=value`` asks
-    for exactly that value of that parameter, with or without its unit; ``scenario``,
-    ``architecture``, ``fault`` and ``replicate`` are names too.
+    faults, or in ``name=value`` of a swept parameter or a tag, whatever its case. A word
+    ``name=value`` asks for exactly that value of that parameter, with or without its unit, or that
+    text of a tag; ``scenario``, ``architecture``, ``fault`` and ``replicate`` are names too.
 
     Attributes:
         text: As written.
@@ -220,9 +247,15 @@ class Keyword:
             raise _refuse(text, f"has {reader.tokens[0]!r} where and, or or the end is expected")
         return cls(text, test)
 
-    def matches(self, case: NamedCase) -> bool:
-        """Tell whether it chooses a test case."""
+    def matches(self, case: NamedCase, tags: PartTags = NO_TAGS) -> bool:
+        """Tell whether it chooses a test case.
+
+        Args:
+            case: The test case.
+            tags: Of the scenarios and architectures of its campaign.
+        """
         point = json.loads(case.point)
+        own = tags.of(case)
         values: dict[str, Any] = {
             "scenario": case.scenario,
             "architecture": case.architecture,
@@ -232,7 +265,8 @@ class Keyword:
         }
         told = (f"{name}={_written(value)}" for name, value in point.items())
         texts = (case.scenario, case.architecture, case.fault_entry, *told)
-        return self._test(_Names(tuple(text.casefold() for text in texts), values))
+        marks = (f"{name}={text}" for name, text in own)
+        return self._test(_Names(tuple(text.casefold() for text in (*texts, *marks)), values, own))
 
 
 class _Reader:
@@ -299,7 +333,7 @@ def _word(word: str) -> _Test:
             _is_same(stored, value, number)
             for key, stored in names.values.items()
             if key == name or key.endswith(f".{name}")
-        )
+        ) or (name, value.casefold()) in ((key, text.casefold()) for key, text in names.tags)
 
     return is_asked
 

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import numpy as np
 
+from adeye import debugger
 from adeye.campaign.events import happenings
 from adeye.campaign.parts import plugin_of, use_plugin_metrics
 from adeye.campaign.traces import Keep, keep_traces
@@ -204,14 +205,15 @@ class WorkContext:
 
     def drive(self, cases: Sequence[TestCase], **how: Any) -> Trace:
         """Execute test cases of one structure, see ``simulate.engine.run``."""
-        return run_batch(
-            cases,
-            backend=self.backend,
-            variant=self.variant,
-            base_dirs=self.folders,
-            pace=self.pace,
-            **how,
-        )
+        with debugger.executing():
+            return run_batch(
+                cases,
+                backend=self.backend,
+                variant=self.variant,
+                base_dirs=self.folders,
+                pace=self.pace,
+                **how,
+            )
 
 
 @dataclass(frozen=True)
@@ -271,7 +273,8 @@ def execute(task: BatchTask) -> BatchResult:
         AdeyeError: What the user asked for cannot be run.
     """
     try:
-        done = _execute(task)
+        with debugger.executing():
+            done = _execute(task)
     except PluginError as error:
         return BatchResult(failure=str(error))
     except BaseException as error:

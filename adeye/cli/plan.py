@@ -63,7 +63,9 @@ def _list(planned: CampaignPlan, select: str | None, *, json: bool) -> None:
     from adeye.campaign.selection import Keyword
 
     chosen = None if select is None else Keyword.parse(select)
-    found = [item for item in planned.listed() if chosen is None or chosen.matches(item)]
+    found = [
+        item for item in planned.listed() if chosen is None or chosen.matches(item, planned.tags)
+    ]
     if json:
         out.emit_json("plan-list", {"odd": planned.files.odd.spec.odd, "test_cases": found})
         return

@@ -7,6 +7,7 @@ import os
 import shlex
 import time
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import partial
 from inspect import signature
@@ -185,6 +186,7 @@ def run(
     budget: Annotated[str | None, opt.option("TIME")] = None,
     deadline: Annotated[str | None, opt.option("TIME")] = None,
     pace: Annotated[float | None, opt.option("F")] = None,
+    pdb: Annotated[bool, opt.option("--pdb")] = False,
     quiet: opt.Quiet = False,
     json: opt.Json = False,
 ) -> None:
@@ -225,6 +227,9 @@ def run(
         pace: Simulate no more than F seconds in one second, one run after the other, and tell how
             long channels take to answer: 1 for the wall clock, in soft real time. Results of
             channels from outside are marked machine-dependent then.
+        pdb: Begin a debugger where a channel, a sensor or a metric of your own raises first, and
+            at 'breakpoint()' in one. Everything is executed in one process, and ends with it:
+            nothing is kept of the block that somebody looked into.
 
     Examples:
         adeye run odd/first.yaml
@@ -232,9 +237,12 @@ def run(
     """
     from adeye.campaign.executor_names import asked_executor
     from adeye.campaign.warmup import compile_aside
+    from adeye.debugger import post_mortem
     from adeye.kernel.jit import is_cache_warm
 
     asked = asked_executor(executor, threads, workers, scheduler)
+    if pdb:
+        _require_debuggable((workers, executor, scheduler), threads, json=json)
     was_told = not quiet and not is_cache_warm()
     if was_told:
         out.talk("Compiling for this machine; only the first run does, it takes half a minute.")
@@ -250,11 +258,12 @@ def run(
     )
     _require_one_lane(session, (workers, threads, executor, scheduler))
     wanted = _wanted(traces)
-    is_near = asked is None or not asked.address
+    # Under a debugger nothing else is started, either.
+    is_near = not pdb and (asked is None or not asked.address)
     plan, aside = _plan(odd, backend, variant, is_near=is_near, quiet=quiet)
     if not (quiet or was_told or is_cache_warm(*plan.compiled_parts)):
         out.talk("Compiling sensors or channels that were not used before, for up to a minute.")
-    lanes = parallel(plan, 1 if session.pace else threads, workers, executor)
+    lanes = parallel(plan, 1 if session.pace or pdb else threads, workers, executor)
     if not quiet:
         for notice in plan.notices:
             out.talk(out.clean(f"note: {notice}", lines=True))
@@ -262,7 +271,8 @@ def run(
         with asking(session.stop, hint):
             if aside is not None:
                 compile_aside(plan, aside)
-            summary = _execute(plan, db, asked or lanes, wanted, session, quiet=quiet)
+            with post_mortem() if pdb else nullcontext():
+                summary = _execute(plan, db, asked or lanes, wanted, session, quiet=quiet or pdb)
     except ASKED_TO_END:
         out.talk(hint)
         raise
@@ -284,6 +294,23 @@ def _of_files_as_they_are(plan: CampaignPlan, code: int) -> int:
         said = f"edited while it ran: {', '.join(edited)}"
         out.talk(out.clean(f"{said}; the verdicts are of what was read at first. Run again"))
     return int(ExitCode.INCOMPLETE) if edited and code == ExitCode.OK else code
+
+
+def _require_debuggable(elsewhere: Sequence[object], threads: int | None, *, json: bool) -> None:
+    """Refuse a debugger where nobody could answer it."""
+    from adeye.debugger import is_terminal
+
+    if any(elsewhere) or threads not in {None, 1}:
+        raise UsageError(
+            "--pdb is given with --workers, --executor, --scheduler or several --threads",
+            remedy="Leave these out: a debugger needs everything in one process.",
+        )
+    if json:
+        raise UsageError(
+            "--pdb is given with --json", remedy="Leave one out: a debugger prints between."
+        )
+    if not is_terminal():
+        raise UsageError("--pdb needs a terminal", remedy="Leave it out, or run it in one.")
 
 
 def _require_one_lane(session: Session, asked: Sequence[object]) -> None:

@@ -40,7 +40,7 @@ def list_scenarios(catalogue: Catalogue = None, json: Json = False) -> None:
         [
             name,
             item.spec.title,
-            out.listed(tag for tag in _tags(item.spec).values() if tag),
+            out.listed(_labels(item.spec)),
             out.listed(
                 f"{key} {_range(parameter)}" for key, parameter in item.spec.parameters.items()
             ),
@@ -158,7 +158,7 @@ def _entry(name: str, loaded: Loaded[LogicalScenario]) -> dict[str, Any]:
         "title": spec.title,
         "text": spec.text,
         "path": loaded.path,
-        "tags": _tags(spec),
+        "tags": spec.tags.model_dump(),
         "parameters": {
             key: {"default": item.default, "range": item.range, "text": item.text}
             for key, item in spec.parameters.items()
@@ -166,9 +166,11 @@ def _entry(name: str, loaded: Loaded[LogicalScenario]) -> dict[str, Any]:
     }
 
 
-def _tags(spec: LogicalScenario) -> dict[str, str]:
-    tags = spec.tags
-    return {"iso34502": tags.iso34502, "nhtsa": tags.nhtsa, "r157": tags.r157}
+def _labels(spec: LogicalScenario) -> Iterator[str]:
+    """Give the tags of a scenario: those of catalogues are known by their text."""
+    own = spec.tags.own
+    yield from (text for name, text in spec.tags.by_name.items() if name not in own)
+    yield from (f"{name}: {text}" for name, text in own.items())
 
 
 def _range(parameter: Parameter) -> str:
@@ -235,7 +237,7 @@ def _print(name: str, loaded: Loaded[LogicalScenario]) -> None:
             "Text": " ".join(spec.text.split()),
             "File": loaded.path,
             "Source": " ".join(spec.provenance.source.split()),
-            **{f"Tag {key}": tag for key, tag in _tags(spec).items()},
+            **{f"Tag {key}": tag for key, tag in spec.tags.model_dump().items()},
             "Horizon": f"{spec.horizon:g} s, then {spec.tail:g} s tail",
             "Realised when": out.listed(spec.realised),
         }

@@ -6,39 +6,14 @@ as others see it, from which all forms are written.
 
 from __future__ import annotations
 
-from contextlib import contextmanager
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
-from adeye.errors import InputError, UsageError
+from adeye.errors import UsageError
 
 if TYPE_CHECKING:
     import re
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable
     from pathlib import Path
-
-_FOREIGN: Final = frozenset({"foxglove", "google", "mcap", "mcap_protobuf", "osi3", "rosbags"})
-"""Packages that forms need and a plain installation lacks."""
-
-
-@contextmanager
-def needing(form: str, extra: str) -> Iterator[None]:
-    """Say which extra is missing where the import of a form fails within.
-
-    Args:
-        form: What is to be written.
-        extra: Of the package, which brings the libraries for it.
-
-    Raises:
-        InputError: One of them is not installed.
-    """
-    try:
-        yield
-    except ImportError as error:
-        if (error.name or "").partition(".")[0] not in _FOREIGN:
-            raise
-        raise InputError(
-            f"{form} needs adeye[{extra}]", remedy=f"pip install 'adeye[{extra}]'."
-        ) from error
 
 
 def require_place(

@@ -13,10 +13,9 @@ import numpy as np
 
 from adeye.errors import (
     ExpressionError,
-    InputError,
-    InputErrors,
     SourceLocation,
     SpecError,
+    Together,
     suggest,
 )
 from adeye.identity import digest
@@ -393,16 +392,11 @@ def check_demands(
 def _all_of(acts: Iterable[Callable[[], T]]) -> list[T]:
     """Call all, and raise together what they raise."""
     found: list[T] = []
-    errors: list[InputError] = []
+    together = Together()
     for act in acts:
-        try:
+        with together:
             found.append(act())
-        except InputError as error:
-            errors.append(error)
-    if len(errors) == 1:
-        raise errors[0]
-    if errors:
-        raise InputErrors(errors)
+    together.finish()
     return found
 
 

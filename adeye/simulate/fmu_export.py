@@ -20,7 +20,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final, Literal
 
-from adeye.errors import InputError, IntegrityError, UsageError
+from adeye.errors import IntegrityError, UsageError, needing
 from adeye.fields import fields_of
 from adeye.outputs import replacing
 from adeye.simulate import parts
@@ -151,14 +151,11 @@ def write_fmu(export: Export, path: Path) -> None:
         path: Of the file.
 
     Raises:
-        InputError: pythonfmu3 is not installed, or there is no such part that can be exported.
+        MissingExtra: pythonfmu3 is not installed.
+        InputError: There is no such part that can be exported.
     """
-    try:
+    with needing("the export of an FMU", "fmi"):
         from pythonfmu3 import FmuBuilder
-    except ImportError as error:
-        raise InputError(
-            "the export of FMUs needs adeye[fmi]", remedy="Install it: pip install 'adeye[fmi]'."
-        ) from error
     # What cannot be exported is refused in words, before somebody else's code meets it.
     export.part()
     text = export.text()

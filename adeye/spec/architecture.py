@@ -24,6 +24,7 @@ from adeye.spec.quantity import (
     Many,
     Number,
     Record,
+    Tags,
     Text,
 )
 from adeye.spec.sensors import (
@@ -222,9 +223,12 @@ POLICY_KEYS: Final[dict[str, frozenset[str]]] = {
 class Architecture(FileRecord):
     """One candidate arrangement of vehicle, sensors, channels and switch."""
 
+    later: ClassVar[tuple[str, ...]] = ("beyond_plausible", "tags")
+
     architecture: Identifier
     title: Text
     text: str = ""
+    tags: Tags = {}
     vehicle: Vehicle
     sensors: Annotated[ById[Sensor], Field(min_length=1)]
     channels: Annotated[ById[Channel], Field(min_length=1)]

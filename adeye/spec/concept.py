@@ -25,11 +25,11 @@ from typing import Annotated, Any, ClassVar, Final, Literal, Self
 from pydantic import (
     BeforeValidator,
     Field,
-    ModelWrapValidatorHandler,
     PrivateAttr,
     WithJsonSchema,
     model_validator,
 )
+from pydantic.functional_validators import ModelWrapValidatorHandler
 
 from adeye.errors import UnitError, suggest
 from adeye.fields import fields_of
@@ -566,11 +566,13 @@ class Requirement(q.GrownRecord):
         "redundancy",
         "assumptions",
         "unusual_formula",
+        "tags",
     )
 
     id: q.Reference
     goals: Annotated[q.Many[q.Reference], Field(min_length=1)]
     text: q.Text
+    tags: q.Tags = {}
     formula: str | None = None
     """Signal temporal logic over the signal dictionary."""
     bound: MetricBound | None = None
@@ -668,10 +670,12 @@ class Concept(FileRecord):
         "beyond_plausible",
         "decompositions",
         "dependent_failures",
+        "tags",
     )
 
     concept: q.Identifier
     title: q.Text
+    tags: q.Tags = {}
     hazardous_events: Annotated[q.Many[HazardousEvent], Field(min_length=1)]
     safety_goals: Annotated[q.Many[SafetyGoal], Field(min_length=1)]
     elements: Annotated[q.Many[Element], Field(min_length=1)]

@@ -9,7 +9,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any, Final, Generic, TypeVar
 
-from adeye.errors import InputError, InputErrors, SourceLocation, SpecError, placed, suggest
+from adeye.errors import InputError, SourceLocation, SpecError, Together, placed, raise_all, suggest
 from adeye.identity import file_digest
 from adeye.plugins import locate_file
 from adeye.spec.architecture import Architecture
@@ -140,71 +140,143 @@ def _digest_now(path: str) -> str:
         return ""
 
 
-def load_odd(path: str | Path) -> OddFiles:
+def load_odd(
+    path: str | Path, also: Callable[[Loaded[LogicalScenario]], None] | None = None
+) -> OddFiles:
     """Load and validate an ODD, its scenarios, architectures and concept.
+
+    Each file is read whatever is wrong with the others, as far as its name can be told.
 
     Args:
         path: The ODD's file.
+        also: What else each scenario has to pass that can be read.
 
     Raises:
-        SpecError: Anything is wrong; the message has file, line and column.
+        InputError: The only thing that is wrong; the message has file, line and column.
+        InputErrors: All that is wrong, the ODD's first.
     """
-    odd_path = Path(path)
-    odd = _load(odd_path, Odd)
-    catalogue = _catalogue(odd)
-    scenarios: dict[str, Loaded[LogicalScenario]] = {}
-    for number, use in enumerate(odd.spec.scenarios):
-        where = odd.locate(("scenarios", number, "use"))
-        if use.use not in catalogue:
-            raise SpecError(
-                f"there is no scenario {use.use!r} in {odd.spec.catalogue or SCENARIOS}",
-                where=where,
-                remedy=suggest(use.use, sorted(catalogue)),
-            )
-        scenario = load_scenario(catalogue[use.use])
-        if scenario.spec.scenario != use.use:
-            raise SpecError(
-                f"the scenario is named {scenario.spec.scenario!r}, its file {use.use!r}",
-                where=scenario.locate(("scenario",)),
-                remedy=f"Write `scenario: {use.use}`, or rename the file.",
-            )
-        scenarios[use.name] = scenario
-    architectures = _architectures(odd)
-    concept_path = _beside(odd_path, odd.spec.concept, odd.locate(("concept",)))
-    loaded_odd = OddFiles(odd, scenarios, architectures, _load(concept_path, Concept))
+    odd_path, together = Path(path), Together()
+    written = _written(odd_path, Odd)
+    odd: Loaded[Odd] | None = None
+    with together:
+        odd = _record(odd_path, written, Odd)
+    scenarios = _scenarios(odd_path, written, together, also)
+    architectures = _architectures(odd_path, written, together, odd)
+    concept: Loaded[Concept] | None = None
+    with together:
+        concept = _concept(odd_path, written)
+    if concept is not None:
+        with together:
+            _check_asil(concept)
+        with together:
+            _check_realised(concept, architectures)
+    together.finish()
+    # Without either there is an error.
+    assert odd is not None
+    assert concept is not None
+    loaded_odd = OddFiles(odd, scenarios, architectures, concept)
     for number, name in enumerate(loaded_odd.gate):
-        if name not in architectures:
-            raise SpecError(
-                f"gate names {name!r}, not one of the ODD's architectures",
-                where=odd.locate(("gate", "architectures", number)),
-                remedy=suggest(name, sorted(architectures)),
-            )
-    _check_asil(loaded_odd.concept)
-    _check_realised(loaded_odd)
+        with together:
+            if name not in architectures:
+                raise SpecError(
+                    f"gate names {name!r}, not one of the ODD's architectures",
+                    where=odd.locate(("gate", "architectures", number)),
+                    remedy=suggest(name, sorted(architectures)),
+                )
+    together.finish()
     return loaded_odd
 
 
-def _architectures(odd: Loaded[Odd]) -> dict[str, Loaded[Architecture]]:
+def _items(written: _Merged, key: str) -> Iterator[tuple[int, Any]]:
+    """Give the members of a list of an ODD that need not be valid, with their numbers."""
+    found = written.value.get(key) if isinstance(written.value, dict) else None
+    return iter(enumerate(found if isinstance(found, list) else ()))
+
+
+def _scenarios(
+    path: Path,
+    written: _Merged,
+    together: Together,
+    also: Callable[[Loaded[LogicalScenario]], None] | None,
+) -> dict[str, Loaded[LogicalScenario]]:
+    """Load the scenarios that an ODD uses, by the ids under which it does."""
+    found: dict[str, Loaded[LogicalScenario]] = {}
+    catalogue: dict[str, Path] | None = None
+    with together:
+        catalogue = _catalogue(path, written)
+    for number, use in _items(written, "scenarios") if catalogue is not None else ():
+        name = use.get("use") if isinstance(use, dict) else None
+        if not isinstance(name, str):
+            continue
+        with together:
+            scenario = _used(name, catalogue or {}, written, number)
+            alias = use.get("as")
+            found[alias if isinstance(alias, str) else name] = scenario
+            if also is not None:
+                also(scenario)
+    return found
+
+
+def _used(
+    name: str, catalogue: Mapping[str, Path], written: _Merged, number: int
+) -> Loaded[LogicalScenario]:
+    """Load a scenario that an ODD uses."""
+    if name not in catalogue:
+        raise SpecError(
+            f"there is no scenario {name!r} in {written.value.get('catalogue') or SCENARIOS}",
+            where=written.locate(("scenarios", number, "use")),
+            remedy=suggest(name, sorted(catalogue)),
+        )
+    scenario = load_scenario(catalogue[name])
+    if scenario.spec.scenario != name:
+        raise SpecError(
+            f"the scenario is named {scenario.spec.scenario!r}, its file {name!r}",
+            where=scenario.locate(("scenario",)),
+            remedy=f"Write `scenario: {name}`, or rename the file.",
+        )
+    return scenario
+
+
+def _architectures(
+    path: Path, written: _Merged, together: Together, odd: Loaded[Odd] | None
+) -> dict[str, Loaded[Architecture]]:
     """Load the architectures of an ODD: files beside it, and reference drivers by their names."""
-    places = [odd.locate(("architectures", at)) for at in range(len(odd.spec.architectures))]
-    made: list[Loaded[Architecture] | ReferenceName] = [
-        read_name(name, where) or _load(_beside(odd.path, name, where), Architecture)
-        for name, where in zip(odd.spec.architectures, places, strict=True)
-    ]
+    made: list[tuple[Loaded[Architecture] | ReferenceName, SourceLocation]] = []
+    for number, name in _items(written, "architectures"):
+        where = written.locate(("architectures", number))
+        if isinstance(name, str):
+            with together:
+                item = read_name(name, where) or _load(_beside(path, name, where), Architecture)
+                made.append((item, where))
     usual = shipped("odd") / "architectures" / "reference_cc.yaml"
-    others = (item.content for item in made if isinstance(item, Loaded))
+    others = (item.content for item, _ in made if isinstance(item, Loaded))
     vehicle = (next(others, None) or load_document(usual).value)["vehicle"]
     found: dict[str, Loaded[Architecture]] = {}
-    for item, where in zip(made, places, strict=True):
-        loaded = item if isinstance(item, Loaded) else _reference(item, vehicle, odd, where)
-        if loaded.spec.architecture in found:
-            raise SpecError(
-                f"architecture {loaded.spec.architecture!r} is listed twice",
-                where=where,
-                remedy="Give each architecture file an id of its own.",
-            )
-        found[loaded.spec.architecture] = loaded
+    for item, where in made:
+        if isinstance(item, Loaded):
+            loaded = item
+        elif odd is not None:
+            loaded = _reference(item, vehicle, odd, where)
+        else:
+            # It decides at the step of the ODD, which cannot be told.
+            continue
+        with together:
+            if loaded.spec.architecture in found:
+                raise SpecError(
+                    f"architecture {loaded.spec.architecture!r} is listed twice",
+                    where=where,
+                    remedy="Give each architecture file an id of its own.",
+                )
+            found[loaded.spec.architecture] = loaded
     return found
+
+
+def _concept(path: Path, written: _Merged) -> Loaded[Concept] | None:
+    """Load the concept that an ODD names; None if it names none, which is an error of the ODD."""
+    name = written.value.get("concept") if isinstance(written.value, dict) else None
+    if not isinstance(name, str):
+        return None
+    return _load(_beside(path, name, written.locate(("concept",))), Concept)
 
 
 def _reference(
@@ -334,18 +406,24 @@ def shipped(folder: str) -> Path:
 
 
 def _load(path: Path, model: type[Spec]) -> Loaded[Spec]:
+    return _record(path, _written(path, model), model)
+
+
+def _written(path: Path, model: type[Record]) -> _Merged:
+    """Read what a file says together with those that it extends; it need not be valid."""
     documents = _with_bases(path, is_scenario=model is LogicalScenario)
     content = documents[-1].value
     for document in reversed(documents[:-1]):
         content = merge(content, document.value)
     if model is LogicalScenario and is_on_map(content):
         content = {**content, "world": {**content["world"], "road": SOME_ROAD}}
-        merged: Document | _Merged = _Merged(content, documents)
-    else:
-        merged = documents[0] if len(documents) == 1 else _Merged(content, documents)
-    if isinstance(merged, _Merged):
-        _require_same_files(path, merged)
-    loaded = Loaded(validate(merged, model), content, path, documents)
+    return _Merged(content, documents)
+
+
+def _record(path: Path, written: _Merged, model: type[Spec]) -> Loaded[Spec]:
+    """Validate what a file says."""
+    _require_same_files(path, written)
+    loaded = Loaded(validate(written, model), written.value, path, written.documents)
     if isinstance(loaded.spec, FileRecord) and model is not LogicalScenario:
         _check_plausible(loaded, loaded.spec)
     return loaded
@@ -357,8 +435,7 @@ def _check_plausible(loaded: Loaded[Any], spec: FileRecord) -> None:
         SpecError(text, where=loaded.locate(loc), remedy=remedy)
         for loc, text, remedy in implausible(spec, spec.beyond_plausible, spec.own_limits())
     ]
-    if found:
-        raise found[0] if len(found) == 1 else InputErrors(found)
+    raise_all(found)
 
 
 @dataclass(frozen=True)
@@ -504,19 +581,20 @@ def _is(kind: Callable[[Path], bool], path: Path) -> bool:
         return False
 
 
-def _catalogue(odd: Loaded[Odd]) -> dict[str, Path]:
+def _catalogue(path: Path, written: _Merged) -> dict[str, Path]:
     """List the scenarios that an ODD may use: of its folder, and those of the package."""
-    if odd.spec.catalogue is not None:
-        folder = odd.path.parent / odd.spec.catalogue
+    name = written.value.get("catalogue") if isinstance(written.value, dict) else None
+    if isinstance(name, str):
+        folder = path.parent / name
         if not _is(Path.is_dir, folder):
             raise SpecError(
-                f"catalogue {shown(odd.spec.catalogue)} is not a folder",
-                where=odd.locate(("catalogue",)),
+                f"catalogue {shown(name)} is not a folder",
+                where=written.locate(("catalogue",)),
                 remedy=f"Looked for {shown(str(folder))}; check the path.",
             )
         return scenario_files(folder)
     found = scenario_files(shipped(SCENARIOS))
-    for folder in (odd.path.parent.parent / SCENARIOS, odd.path.parent / SCENARIOS):
+    for folder in (path.parent.parent / SCENARIOS, path.parent / SCENARIOS):
         if folder.is_dir():
             return found | scenario_files(folder)
     return found
@@ -540,15 +618,18 @@ def scenario_files(catalogue: Path) -> dict[str, Path]:
     return found
 
 
-def _check_realised(files: OddFiles) -> None:
+def _check_realised(
+    concept: Loaded[Concept], architectures: Mapping[str, Loaded[Architecture]]
+) -> None:
     """Refuse what realises an element that no concept has.
 
     An architecture may be judged by several concepts, one of which speaks of a part of it only:
     those in the folder of the ODD's concept, and the shipped ones, whose architectures people copy.
     """
-    elements = {element.id for element in files.concept.spec.elements}
+    elements = {element.id for element in concept.spec.elements}
     others: set[str] | None = None
-    for item in files.architectures.values():
+    found: list[InputError] = []
+    for item in architectures.values():
         spec = item.spec
         parts: list[tuple[Loc, str | None]] = [(("switch",), spec.switch.realises)]
         parts += [(("sensors", name), part.realises) for name, part in spec.sensors.items()]
@@ -556,14 +637,16 @@ def _check_realised(files: OddFiles) -> None:
         for loc, element in parts:
             if element is None or element in elements:
                 continue
-            others = _other_elements(files.concept.path) if others is None else others
+            others = _other_elements(concept.path) if others is None else others
             if element not in others:
-                raise SpecError(
+                error = SpecError(
                     f"{'.'.join(map(str, loc))} realises {element!r}, which is no element of "
-                    f"concept {files.concept.spec.concept}, nor of another one",
+                    f"concept {concept.spec.concept}, nor of another one",
                     where=item.locate((*loc, "realises")),
                     remedy=suggest(element, sorted(elements)),
                 )
+                found.append(error)
+    raise_all(found)
 
 
 def _other_elements(concept: Path) -> set[str]:
@@ -580,8 +663,8 @@ def _other_elements(concept: Path) -> set[str]:
 
 
 def _check_asil(concept: Loaded[Concept]) -> None:
-    for loc, text in asil_problems(concept.spec):
-        raise SpecError(text, where=concept.locate(loc))
+    problems = asil_problems(concept.spec)
+    raise_all([SpecError(text, where=concept.locate(loc)) for loc, text in problems])
 
 
 # --- Which catalogue of scenarios the verbs read --------------------------------------------------

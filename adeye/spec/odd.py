@@ -321,11 +321,12 @@ class Uncertainty(q.Record):
 class Odd(FileRecord):
     """One file of ``odd/``."""
 
-    later: ClassVar[tuple[str, ...]] = ("beyond_plausible", "coverage")
+    later: ClassVar[tuple[str, ...]] = ("beyond_plausible", "coverage", "tags")
 
     odd: q.Identifier
     title: str = ""
     text: str = ""
+    tags: q.Tags = {}
     attributes: Attributes = Attributes()
     scenarios: Annotated[q.Many[ScenarioUse], Field(min_length=1)]
     faults: q.Many[AnyFault] = ()

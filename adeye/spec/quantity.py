@@ -77,6 +77,11 @@ Text = Annotated[
 ]
 
 
+Tags = dict[Identifier, Text]
+"""What people want to find something by, in names and words of their own. No run, no verdict and no
+digest of either depends on it."""
+
+
 class Record(BaseModel):
     """Base of every spec model: frozen, unknown keys are errors, no silent conversions."""
 

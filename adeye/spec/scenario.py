@@ -7,7 +7,9 @@ Numbers are formulas over the scenario's own parameters, so one file describes e
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Mapping
+from difflib import get_close_matches
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, ConfigDict, Field, StringConstraints, model_validator
@@ -283,9 +285,11 @@ class World(q.GrownRecord):
 class Environment(q.Record):
     """Environmental conditions during the scenario (ISO 34503 names)."""
 
-    rain: q.RainFormula
-    fog_visibility: q.LengthFormula
+    rain: q.RainFormula = Field(default="0 mm/h", validate_default=True)
+    fog_visibility: q.LengthFormula = Field(default="10 km", validate_default=True)
+    """Clear air, unless there is fog [m]."""
     friction: q.NumberFormula
+    """Of the road; it decides every braking distance, so that nobody gets one unseen."""
     illumination: Illumination = "day"
     sun_elevation: q.AngleFormula | None = None
     """Of the sun above the horizon; without it nobody looks into the sun."""
@@ -498,11 +502,32 @@ def _domain(event: Any) -> tuple[object, frozenset[str]]:
 
 
 class Tags(q.Record):
-    """Where the scenario stands in the field's catalogues."""
+    """Where the scenario stands in the field's catalogues, and what else people find it by."""
+
+    model_config = ConfigDict(extra="allow")
+    __pydantic_extra__: dict[str, q.Text]
 
     iso34502: str = ""
     nhtsa: str = ""
     r157: str = ""
+
+    @finds
+    def _own_names(self) -> Iterator[Problem]:
+        for name in self.own:
+            if not re.fullmatch(q.IDENTIFIER, name):
+                yield (name,), f"{shown(name)} is no name: lower case letters, digits, underscores"
+            elif near := get_close_matches(name, type(self).model_fields, n=1, cutoff=0.75):
+                yield (name,), f"{name!r} is nearly {near[0]!r}. Write that, or another name"
+
+    @property
+    def own(self) -> dict[str, str]:
+        """Those that are in no catalogue, by the names that their author gave."""
+        return self.__pydantic_extra__
+
+    @property
+    def by_name(self) -> dict[str, str]:
+        """All that say something."""
+        return {name: text for name, text in self.model_dump().items() if text}
 
 
 class Provenance(q.Record):

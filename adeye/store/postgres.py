@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 from sqlalchemy import BigInteger, Boolean, Float, Integer, create_engine, event
 from sqlalchemy.exc import DBAPIError
 
-from adeye.errors import InputError, IntegrityError, LostConnection, PlatformError
+from adeye.errors import InputError, IntegrityError, LostConnection, PlatformError, needing
 from adeye.store.sql import statement
 from adeye.units import shown
 
@@ -86,14 +86,10 @@ def make_engine(location: Location, writes_option: str) -> Engine:
 
     Raises:
         InputError: Its address has an option that the driver does not know.
-        PlatformError: The driver is not installed.
+        MissingExtra: The driver is not installed.
     """
-    try:
+    with needing("a PostgreSQL database", "postgres"):
         import psycopg
-    except ImportError as error:
-        raise PlatformError(
-            "a PostgreSQL database needs adeye[postgres]: pip install 'adeye[postgres]'"
-        ) from error
     known = {item.keyword.decode() for item in psycopg.pq.Conninfo.get_defaults()}
     if unknown := sorted(set(location.url.query) - known):
         # Its value may be a password under a name that is misspelt.

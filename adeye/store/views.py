@@ -20,7 +20,7 @@ from adeye.identity import digest
 from adeye.store import catalogue as catalog
 from adeye.store.cases import JUDGED
 from adeye.store.rules import check_view_ddl
-from adeye.store.sql import filled
+from adeye.store.sql import filled, statement
 from adeye.store.tables import METRIC_IDS, MOMENTS, TABLES
 
 # --- The SQL views: the documented, stable interface for people who know SQL ----------------------
@@ -154,6 +154,7 @@ def view_ddl() -> dict[str, str]:
         "v_campaigns": filled("v_campaigns"),
         "v_uncertainty": filled("v_uncertainty"),
         "v_preventability": filled("v_preventability"),
+        "v_tags": statement("v_tags"),
     }
 
 

@@ -14,7 +14,15 @@ from typing import TYPE_CHECKING, Any, Final, overload
 
 import numpy as np
 
-from adeye.errors import ExpressionError, InputError, SourceLocation, SweepError, placed, suggest
+from adeye.errors import (
+    ExpressionError,
+    InputError,
+    SourceLocation,
+    SweepError,
+    Together,
+    placed,
+    suggest,
+)
 from adeye.identity import JsonRows, digests, stream_seeds
 from adeye.spec.quantity import require_dimension
 from adeye.sweep import groups
@@ -262,14 +270,19 @@ def read_points(
     """
     use = files.odd.spec.scenarios[number]
     reader = AxisReader(files, use.name, files.scenarios[use.name], refused)
-    axes = _axes(files, number, reader)
+    axes: tuple[Axis, ...] = ()
     fixed = default_values(files.scenarios[use.name].spec)
+    together = Together()
+    with together:
+        axes = _axes(files, number, reader)
     for name, text in use.parameters.items():
         at = files.odd.locate(("scenarios", number, "parameters", name))
-        axis = reader.read(name, (text,), at)
-        _refuse_varied(axis, axes)
-        if axis.kind == "parameter":
-            fixed[name] = float(axis.values[0])
+        with together:
+            axis = reader.read(name, (text,), at)
+            _refuse_varied(axis, axes)
+            if axis.kind == "parameter":
+                fixed[name] = float(axis.values[0])
+    together.finish()
     relations = _relations(files, number, axes)
     where = files.odd.locate(("scenarios", number, "sweep"))
     return axes, _designed(files, use, Space(axes, relations, fixed, where))
@@ -313,9 +326,12 @@ def _axes(files: OddFiles, number: int, reader: AxisReader) -> tuple[Axis, ...]:
         written = {name: tuple(point[name] for point in sweep.points) for name in names}
     distinct = sweep.design not in {"list", "zip"}
     axes: list[Axis] = []
+    together = Together()
     for name, spec in written.items():
         where = files.odd.locate(("scenarios", number, "sweep", *at, name))
-        axes.append(reader.read(name, spec, where, distinct=distinct))
+        with together:
+            axes.append(reader.read(name, spec, where, distinct=distinct))
+    together.finish()
     return tuple(axes)
 
 
@@ -508,28 +524,31 @@ def expand(
     factors: list[Factor] = []
     axes: dict[str, tuple[str, ...]] = {}
     designed: dict[str, Points] = {}
+    together = Together()
     for number, use in enumerate(odd.scenarios):
-        read, points = read_points(files, number, (refused or {}).get(use.name, {}))
-        axes[use.name] = tuple(axis.name for axis in read)
-        designed[use.name] = points
-        first = len(every)
-        for architecture in files.architectures.values():
-            made = groups.groups_of(files, number, architecture, read, points)
-            every += made
-            cases = sum(len(group.rows) for group in made) * odd.replicates
-            entries = tuple(group.entry for group in made)
-            factors.append(
-                Factor(
-                    use.name,
-                    architecture.spec.architecture,
-                    points.raw,
-                    len(made[0].rows),
-                    entries,
-                    odd.replicates,
-                    cases,
+        with together:
+            read, points = read_points(files, number, (refused or {}).get(use.name, {}))
+            axes[use.name] = tuple(axis.name for axis in read)
+            designed[use.name] = points
+            first = len(every)
+            for architecture in files.architectures.values():
+                made = groups.groups_of(files, number, architecture, read, points)
+                every += made
+                cases = sum(len(group.rows) for group in made) * odd.replicates
+                entries = tuple(group.entry for group in made)
+                factors.append(
+                    Factor(
+                        use.name,
+                        architecture.spec.architecture,
+                        points.raw,
+                        len(made[0].rows),
+                        entries,
+                        odd.replicates,
+                        cases,
+                    )
                 )
-            )
-        _require_injected(files, number, read, every[first:])
+            _require_injected(files, number, read, every[first:])
+    together.finish()
     sections = groups.sections_of(every, odd.replicates)
     expansion = Expansion(files, tuple(factors), axes, designed, sections, Variants())
     _check_limit(expansion)

@@ -70,7 +70,8 @@ def replace(path: Path, old: str, new: str) -> None:
 
 def test_what_is_shipped_passes(load: Load) -> None:
     files = load(faults=[onset("time > 1 s")])
-    checking.check_scenarios(files)
+    for item in files.scenarios.values():
+        checking.check_formulas(item)
     checking.check_onsets(files)
     check(files)
 
@@ -130,7 +131,7 @@ def test_formula_of_a_scenario_is_refused(project: Path, load: Load) -> None:
     path = project / "scenarios_db" / "motorway" / "cut_in.yaml"
     replace(path, "s: 100 m", "s: 100 m + ego_sped * 1 s")
     with pytest.raises(SpecError, match=r"cut_in.yaml:\d+:\d+: .*Did you mean 'ego_speed'"):
-        checking.check_scenarios(load())
+        checking.check_formulas(load().scenarios["cut_in"])
 
 
 def test_onset_condition_is_refused_at_its_place(load: Load) -> None:

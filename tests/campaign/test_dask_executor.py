@@ -20,7 +20,7 @@ from adeye.campaign.executor_names import NamedExecutor
 from adeye.campaign.remote import DaskExecutor
 from adeye.campaign.run import Progress, run_campaign
 from adeye.campaign.summary import CampaignSummary
-from adeye.errors import PlatformError, UsageError
+from adeye.errors import MissingExtra, PlatformError, UsageError
 from adeye.judge.verdict import ExitCode
 from adeye.ports import ExecutorContext
 from adeye.store.repository import Repository
@@ -225,5 +225,5 @@ def test_address_that_is_none_is_an_input_error() -> None:
 
 def test_without_dask_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(UsageError, match=r"pip install 'adeye\[distributed\]'"):
+    with pytest.raises(MissingExtra, match=r"pip install 'adeye\[distributed\]'"):
         DaskExecutor(ExecutorContext(perform))

@@ -10,7 +10,15 @@ import pytest
 
 from adeye.campaign import run as runner
 from adeye.campaign.run import Limits, Progress, Session, run_campaign
-from adeye.campaign.selection import MAX_DEPTH, MAX_LENGTH, Choice, Keyword, Shard, failed_last
+from adeye.campaign.selection import (
+    MAX_DEPTH,
+    MAX_LENGTH,
+    Choice,
+    Keyword,
+    PartTags,
+    Shard,
+    failed_last,
+)
 from adeye.campaign.summary import CampaignSummary
 from adeye.errors import UsageError
 from adeye.judge.verdict import ExitCode, Verdict
@@ -284,6 +292,20 @@ def test_words_choose_what_they_mean() -> None:
     for texts, is_chosen in ((CHOOSE, True), (CHOOSE_NOT, False)):
         for text in texts.strip().replace("\n", "; ").split("; "):
             assert Keyword.parse(text).matches(CASE) is is_chosen, text
+
+
+def test_tags_of_scenario_and_architecture_are_words_too() -> None:
+    tags = PartTags({"cut_in": {"team": "Path planning"}}, {"camera_radar": {"gen": "2"}})
+    for text, is_chosen in (
+        ("planning", True),
+        ('team="path planning"', True),
+        ("team=planning", False),
+        ("gen=2 and cut_in", True),
+        ("gen=3", False),
+        ("not gen=2", False),
+        ("en=2", False),
+    ):
+        assert Keyword.parse(text).matches(CASE, tags) is is_chosen, text
 
 
 def test_what_is_no_choice_is_refused() -> None:

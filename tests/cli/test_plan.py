@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ from adeye.campaign.plan import SignalRow, make_plan
 from adeye.cli.new import project_files, write_files
 from adeye.cli.plan import _fault_entries
 from adeye.spec.load import shipped
-from tests.project import Executed
+from tests.project import ROOT, Executed
 
 # --- ``plan`` and ``signals`` on the starter project
 
@@ -62,6 +63,59 @@ def test_test_cases_are_listed_with_their_values_and_ids(adeye: Any, odd: str) -
     ]
     assert "Test cases: 2 of 12" in chosen
     assert "no test case is nothing" in adeye("plan", odd, "-k", "nothing").refused
+
+
+SHIPPED = "odd/motorway_chauffeur.yaml"
+SCENARIO = "scenarios_db/motorway/cut_in.yaml"
+ARCHITECTURE = "odd/architectures/camera_radar.yaml"
+CONCEPT = "odd/concepts/motorway_chauffeur.yaml"
+BROKEN: dict[str, list[tuple[str, str, str, str]]] = {
+    "records": [
+        (SHIPPED, "seed: ", "sead: ", "no key 'sead'"),
+        (SCENARIO, "horizon: 12 s", "horizon: 12 m", "horizon"),
+        (SCENARIO, "lanes: 3", "lanes: many", "must be a whole number"),
+        (ARCHITECTURE, "latch: true", "latch: perhaps", "must be true or false"),
+        (CONCEPT, "severity: S3", "severity: S4", "severity"),
+    ],
+    "a record and what others say": [
+        (SHIPPED, "seed: ", "sead: ", "no key 'sead'"),
+        (SCENARIO, "gap - relative_speed", "gap - relative_sped", "Did you mean 'relative_speed'"),
+        (SCENARIO, "rain: rain", "rain: rein", "Did you mean 'rain'"),
+        (ARCHITECTURE, "realises: switch", "realises: swich", "no element of concept"),
+    ],
+    "records against each other": [
+        (SHIPPED, "gap: [", "gapp: [", "'gapp'"),
+        (SHIPPED, "deceleration: [", "decelerate: [", "'decelerate'"),
+        (SHIPPED, "when: time", "when: tme", "nothing named 'tme'"),
+        (CONCEPT, "always(not contact)", "always(not contct)", "Did you mean 'contact'"),
+        (CONCEPT, "metric: max_", "metric: maxi_", "max_required_deceleration_mps2"),
+    ],
+}
+
+
+@pytest.mark.parametrize("verb", ["plan", "run"])
+@pytest.mark.parametrize("case", BROKEN)
+def test_all_errors_of_all_files_come_at_once(
+    adeye: Any, folder: Path, verb: str, case: str
+) -> None:
+    shutil.copytree(ROOT / "scenarios_db", folder / "scenarios_db")
+    shutil.copytree(ROOT / "odd", folder / "odd")
+    for name, old, new, _ in BROKEN[case]:
+        path = folder / name
+        text = path.read_text("utf-8")
+        assert old in text
+        path.write_text(text.replace(old, new, 1), "utf-8")
+    said = adeye(verb, SHIPPED).refused
+    lines = [line for line in said.splitlines() if "Error: " in line]
+    assert len(lines) == len(BROKEN[case]), said
+    for name, _, new, what in BROKEN[case]:
+        number = next(
+            at
+            for at, line in enumerate((folder / name).read_text("utf-8").splitlines(), 1)
+            if new in line
+        )
+        assert any(f"{name}:{number}:" in line and what in line for line in lines), said
+    assert f"{len(lines)} errors" in said
 
 
 def test_differing_suites_are_summed(adeye: Any, odd: str, monkeypatch: pytest.MonkeyPatch) -> None:

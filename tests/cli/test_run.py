@@ -481,3 +481,15 @@ def test_database_has_to_be_there(adeye: Any, mini: Executed, tmp_path: Path) ->
     done = adeye("judge", str(mini.project.odd), "--db", str(tmp_path / "no.db"))
     assert done.code == 2
     assert not (tmp_path / "no.db").exists()
+
+
+def test_debugger_is_refused_where_nobody_could_answer_it(adeye: Any, campaign: Campaign) -> None:
+    for options, said in (
+        (("--workers", "2"), "everything in one process"),
+        (("--threads", "2"), "everything in one process"),
+        (("--executor", "processes"), "everything in one process"),
+        (("--json",), "prints between"),
+        ((), "needs a terminal"),
+    ):
+        assert said in adeye("run", "odd.yaml", "--pdb", *options).refused
+    assert not campaign.plans

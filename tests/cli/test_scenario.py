@@ -39,6 +39,13 @@ def test_list_shows_the_shipped_catalogue_or_another(adeye: Any, cut_in: Path) -
     assert [entry["id"] for entry in document["scenarios"]] == [cut_in.stem]
 
 
+def test_list_shows_tags_of_ones_own(adeye: Any, cut_in: Path) -> None:
+    replace_in(cut_in, "tags: {", "tags: {team: planning, ")
+    assert "team: planning" in adeye("scenario", "list", "--catalogue", ".").out
+    entry = adeye("scenario", "list", "--catalogue", ".", "--json").document["scenarios"][0]
+    assert entry["tags"]["team"] == "planning"
+
+
 def test_show_has_parameters_actors_and_storyboard(adeye: Any) -> None:
     out = adeye("scenario", "show", "cut_in").out
     for part in ("gap", "30 m", "cutter", "scripted", "lane_change", "cutter.gap <= gap", "R157"):

@@ -3,8 +3,6 @@
 import numpy as np
 import pytest
 
-from adeye.errors import InputError
-from adeye.exchange import needing
 from adeye.exchange.road_lines import BOUNDARY_STEP
 from adeye.exchange.view import RunView, quaternion
 from tests.exchange.handed import in_left_hand_traffic
@@ -76,10 +74,3 @@ def test_turns_follow_one_another() -> None:
     nose = (1 - 2 * (y * y + z * z), 2 * (x * y + z * w), 2 * (x * z - y * w))
     wanted = (np.cos(0.7) * np.cos(0.2), np.sin(0.7) * np.cos(0.2), -np.sin(0.2))
     assert nose == pytest.approx(wanted)
-
-
-def test_only_a_missing_extra_is_told_as_one() -> None:
-    with pytest.raises(InputError, match=r"MCAP needs adeye\[viz\]"), needing("MCAP", "viz"):
-        raise ModuleNotFoundError(name="foxglove.messages")
-    with pytest.raises(ModuleNotFoundError), needing("MCAP", "viz"):
-        raise ModuleNotFoundError(name="adeye.nothing")

@@ -1,6 +1,5 @@
 """Parts as FMUs: driven by an importer of others they do what they do inside."""
 
-import sys
 import zipfile
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -10,7 +9,7 @@ from typing import Any, NamedTuple
 import pytest
 
 from adeye import signals
-from adeye.errors import AdeyeError, InputError, UsageError
+from adeye.errors import AdeyeError, UsageError
 from adeye.signals import Authority, ControlCommand, Measurement, Observation, Scene
 from adeye.simulate import engine, parts
 from adeye.simulate.channels import links, rack
@@ -494,9 +493,3 @@ def test_what_cannot_be_exported_is_refused(
     export = export_of(kind, name, case_of(architecture))
     refused(UsageError, write_fmu, export, tmp_path / "part.fmu", says=says)
     assert not list(tmp_path.iterdir())
-
-
-def test_without_the_extra_it_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "pythonfmu3", None)
-    export = export_of("plant", "", case_of())
-    refused(InputError, write_fmu, export, tmp_path / "part.fmu", says="pip install 'adeye[fmi]'")

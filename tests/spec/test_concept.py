@@ -10,7 +10,7 @@ import pytest
 import yaml
 from pydantic import ValidationError
 
-from adeye.errors import SpecError
+from adeye.errors import InputError, InputErrors, SpecError
 from adeye.spec.concept import (
     ASIL_ORDER,
     Budget,
@@ -146,7 +146,7 @@ def test_broken_references_are_refused() -> None:
 def test_verdict_depends_on_the_measure_not_on_the_text() -> None:
     first = Concept.model_validate(content()).requirements[0]
     other = content()
-    other["requirements"][0]["text"] = "another text"
+    other["requirements"][0] |= {"text": "another text", "tags": {"team": "brakes"}}
     assert Concept.model_validate(other).requirements[0].judged() == first.judged()
     other["requirements"][0]["formula"] = "always(standstill)"
     assert Concept.model_validate(other).requirements[0].judged() != first.judged()
@@ -384,8 +384,9 @@ def test_illegal_one_is_refused_with_what_is_allowed(tmp_path: Path) -> None:
     ):
         added = fsr("FSR-4", value, "camera") if path == "3" else value
         made = changed(content_of_decomposition(), f"requirements.{path}", added)
-        caught = refused(SpecError, read, tmp_path, made, says=message)
-        assert known(caught.where).line > 1
+        caught = refused(InputError, read, tmp_path, made, says=message)
+        each = caught.errors if isinstance(caught, InputErrors) else (caught,)
+        assert all(known(error.where).line > 1 for error in each)
 
 
 AGAIN = content_of_decomposition()

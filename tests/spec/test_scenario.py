@@ -88,6 +88,33 @@ def test_words_ranges_and_defaults_are_not_executed(place: tuple[str, ...], valu
     assert changed.executable() == LogicalScenario.model_validate(CONTENT).executable()
 
 
+def test_own_tags_have_names_and_text_and_none_is_nearly_that_of_a_catalogue() -> None:
+    made = LogicalScenario.model_validate(content("tags", "team", value="planning"))
+    assert made.tags.own == {"team": "planning"}
+    assert made.tags.by_name["r157"] == "4.4.1"
+    assert LogicalScenario.model_validate(made.model_dump(mode="json"), context=SI) == made
+    for name, value, said in (
+        ("nthsa", "a", "nearly 'nhtsa'"),
+        ("Team", "a", "is no name"),
+        ("team", 3, "valid string"),
+        ("team", "", "at least 1"),
+    ):
+        with pytest.raises(ValidationError, match=said):
+            LogicalScenario.model_validate(content("tags", name, value=value))
+
+
+def test_weather_that_is_not_said_is_dry_and_clear() -> None:
+    said = {"rain": "0 mm/h", "fog_visibility": "10 km", "friction": 0.9}
+    whole, short = (
+        content("environment", value=said),
+        content("environment", value={"friction": 0.9}),
+    )
+    dry, unsaid = (LogicalScenario.model_validate(item) for item in (whole, short))
+    assert unsaid.executable() == dry.executable()
+    with pytest.raises(ValidationError, match=r"environment.friction"):
+        LogicalScenario.model_validate(content("environment", value={}))
+
+
 def test_what_happens_is_executed() -> None:
     for place, value in (
         (("world", "road", "shoulder"), "2 m"),

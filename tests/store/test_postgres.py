@@ -1,6 +1,5 @@
 """Databases on a server: statements as it takes them, and what it says when it does not."""
 
-import sys
 from collections.abc import Iterator
 from contextlib import closing
 from typing import Any
@@ -117,12 +116,6 @@ def test_json_each_is_the_same(database: Database, document: str, expected: list
     with database.read() as connection:
         found = connection.exec_driver_sql(sql, (document,)).all()
     assert [" ".join(map(str, item)) for item in found] == expected
-
-
-def test_database_without_its_driver_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "psycopg", None)
-    with pytest.raises(PlatformError, match=r"pip install 'adeye\[postgres\]'"):
-        postgres.make_engine(locate("postgresql://host/evidence"), "writes")
 
 
 def test_server_that_is_not_there_and_password_that_is(tmp_path: Any) -> None:

@@ -328,3 +328,26 @@ def test_every_view_has_a_file_and_every_file_makes_the_view_of_its_name() -> No
     for ddl in view_ddl().values():
         assert "-- " not in ddl
         assert "$" not in ddl.replace("'$.", "")
+
+
+def test_tags_are_found_whatever_has_them(store: Store) -> None:
+    example = store.example
+    content = {
+        "odd": {"odd": "motorway", "tags": {"release": "r1"}},
+        "scenarios": {"cut_in": {"tags": {"r157": "4.4.1", "nhtsa": "", "team": "planning"}}},
+        "architectures": {"new": {"tags": {"team": "sensors"}}, "legacy": {}},
+    }
+    example.odd = ContentRecord("motorway", "1", content)
+    first = example.requirements[0]
+    example.requirements = (first.model_copy(update={"tags": {"team": "brakes"}}),)
+    example.parts = {"tags": {"owner": "safety"}}
+    campaign = store.campaign(4)
+    found = store.rows("SELECT kind, id, tag, text FROM v_tags WHERE campaign = ?", (campaign,))
+    assert sorted(found) == [
+        ("architecture", "new", "team", "sensors"),
+        ("concept", "example", "owner", "safety"),
+        ("fsr", "FSR1", "team", "brakes"),
+        ("odd", "motorway", "release", "r1"),
+        ("scenario", "cut_in", "r157", "4.4.1"),
+        ("scenario", "cut_in", "team", "planning"),
+    ]

@@ -11,7 +11,7 @@ import typer
 from adeye.cli import options as opt
 from adeye.cli import output as out
 from adeye.cli.results.runs import LastFailed, RunName, Worst, run_called
-from adeye.errors import InputError, UsageError
+from adeye.errors import UsageError, needing
 from adeye.outputs import replacing, write_atomically
 
 if TYPE_CHECKING:
@@ -132,15 +132,11 @@ def _require_library() -> None:
     """Import what draws in the terminal.
 
     Raises:
-        InputError: It is not installed.
+        MissingExtra: It is not installed.
     """
-    try:
+    remedy = "name a file: --output run.svg"
+    with needing("a picture in the terminal", "plot", otherwise=remedy):
         import plotille  # noqa: F401 - whether it is there
-    except ImportError as error:
-        raise InputError(
-            "a picture in the terminal needs adeye[plot]",
-            remedy="pip install 'adeye[plot]', or name a file: --output run.svg.",
-        ) from error
 
 
 def _lines(plot: SignalPlot, drawing: Drawing) -> Iterator[str]:

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any, Final, NoReturn
 
 import numpy as np
 
-from adeye.errors import InputError, SourceLocation, require_known
+from adeye.errors import InputError, MissingExtra, SourceLocation, require_known
 from adeye.judge.evaluate import Frame
 from adeye.judge.series import SERIES
 from adeye.judge.stl.batch import HELD, NEEDED, evaluate_columns, evaluate_rows
@@ -243,9 +243,8 @@ def _read_parquet(path: Path) -> Table:
         # Without kinds that know nothing, whole numbers beside an empty cell would become floats.
         frame = pd.read_parquet(path, dtype_backend="numpy_nullable")
     except ImportError as error:
-        raise InputError(
-            f"{path} is a Parquet file, for which pandas needs pyarrow",
-            remedy="Install pyarrow, or save the table as CSV.",
+        raise MissingExtra.of(
+            f"{path}, a Parquet file,", "columnar", otherwise="save the table as CSV"
         ) from error
     except (OSError, ValueError) as error:
         raise InputError(f"{path} cannot be read: {error}", remedy="Name a table.") from error

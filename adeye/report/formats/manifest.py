@@ -20,7 +20,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, Final
 
-from adeye.errors import InputError, IntegrityError, PlatformError, UsageError
+from adeye.errors import InputError, IntegrityError, PlatformError, UsageError, needing
 from adeye.identity import digest_bytes, file_digest, unique_keys
 from adeye.outputs import require_plain
 from adeye.store.evidence.roots import SUFFIX, find_kept, folders_of
@@ -273,7 +273,7 @@ def sign(content: bytes, key: Path) -> bytes:
 
     Raises:
         InputError: The file is not such a key.
-        PlatformError: The extra is not installed.
+        MissingExtra: The extra is not installed.
     """
     _, files, ed25519 = _library()
     private = _loaded(key, lambda text: files.load_pem_private_key(text, password=None))
@@ -306,7 +306,7 @@ def require_signed(content: bytes, signature: Path, key: Path) -> str:
     Raises:
         InputError: A file is missing or is not what it should be.
         IntegrityError: The content is not what was signed, or another key signed it.
-        PlatformError: The extra is not installed.
+        MissingExtra: The extra is not installed.
     """
     (wrong, _), files, ed25519 = _library()
     public = _loaded(key, files.load_pem_public_key)
@@ -348,7 +348,8 @@ def write_keys(private: Path, public: Path) -> str:
 
     Raises:
         InputError: A file is there already.
-        PlatformError: They cannot be written, or the extra is not installed.
+        PlatformError: They cannot be written.
+        MissingExtra: The extra is not installed.
     """
     _, files, ed25519 = _library()
     made = ed25519.Ed25519PrivateKey.generate()
@@ -402,10 +403,8 @@ def _read(path: Path) -> bytes:
 
 def _library() -> tuple[Any, Any, Any]:
     """Return what is used of ``cryptography``: its exceptions, keys in files, and Ed25519."""
-    try:
+    with needing("a signature", "sign"):
         from cryptography.exceptions import InvalidSignature, UnsupportedAlgorithm
         from cryptography.hazmat.primitives import serialization
         from cryptography.hazmat.primitives.asymmetric import ed25519
-    except ImportError as error:
-        raise PlatformError("signatures need adeye[sign]: pip install 'adeye[sign]'") from error
     return (InvalidSignature, UnsupportedAlgorithm), serialization, ed25519

@@ -19,7 +19,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Final, Literal, Self, get_args
 
-from adeye.errors import InputError, UsageError
+from adeye.errors import UsageError, needing
 from adeye.fields import fields_of
 from adeye.identity import file_digest
 from adeye.outputs import replacing, replacing_folder
@@ -71,7 +71,7 @@ def open_table(
         metadata: JSON-able description that a Parquet file carries; the others have no place.
 
     Raises:
-        InputError: Parquet is asked for, and pyarrow is not installed.
+        MissingExtra: Parquet is asked for, and pyarrow is not installed.
     """
     if file_format == "parquet":
         return _ParquetFile(path, columns, metadata)
@@ -82,16 +82,11 @@ def require_parquet() -> Any:
     """Import pyarrow with its Parquet writer.
 
     Raises:
-        InputError: It is not installed.
+        MissingExtra: It is not installed.
     """
-    try:
+    with needing("Parquet", "columnar", otherwise="write csv or jsonl"):
         import pyarrow as pa
         import pyarrow.parquet
-    except ImportError as error:
-        raise InputError(
-            "Parquet needs adeye[columnar]",
-            remedy="pip install 'adeye[columnar]', or write csv or jsonl.",
-        ) from error
     assert pyarrow.parquet is not None
     return pa
 

@@ -120,7 +120,7 @@ def form_of(path: Path) -> str:
 
     Raises:
         UsageError: It ends in no form.
-        InputError: Parquet is asked for, and pyarrow is not installed.
+        MissingExtra: Parquet is asked for, and pyarrow is not installed.
     """
     form = path.suffix.lower().removeprefix(".")
     if form not in FORMS:
@@ -246,7 +246,7 @@ def write_trace_table(table: TraceTable, path: Path, form: str) -> None:
         form: Its form, one of ``FORMS``.
 
     Raises:
-        InputError: Parquet is asked for, and pyarrow is not installed.
+        MissingExtra: Parquet is asked for, and pyarrow is not installed.
     """
     if form == ARCHIVE:
         _write_archive(table, path)

@@ -11,7 +11,7 @@ import zipfile
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-from adeye.errors import InputError, SpecError, suggest
+from adeye.errors import SpecError, needing, suggest
 from adeye.units import UNITS, shown
 
 if TYPE_CHECKING:
@@ -111,14 +111,10 @@ def require_fmpy() -> Any:
     """Import fmpy.
 
     Raises:
-        InputError: It is not installed.
+        MissingExtra: It is not installed.
     """
-    try:
+    with needing("an FMU", "fmi"):
         import fmpy
-    except ImportError as error:
-        raise InputError(
-            "FMUs need adeye[fmi]", remedy="Install it: pip install 'adeye[fmi]'."
-        ) from error
     return fmpy
 
 
@@ -126,7 +122,7 @@ def read_description(path: Path) -> Description:
     """Read what an FMU says of itself.
 
     Raises:
-        InputError: fmpy is not installed.
+        MissingExtra: fmpy is not installed.
         SpecError: It is no FMU, or one that is not safe to extract.
     """
     fmpy = require_fmpy()

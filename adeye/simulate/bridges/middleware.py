@@ -7,7 +7,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from adeye.errors import InputError
+from adeye.errors import InputError, MissingExtra
 from adeye.simulate.bridges import bridge_program
 
 if TYPE_CHECKING:
@@ -16,12 +16,8 @@ if TYPE_CHECKING:
 ROS_1: Final = "/usr/lib/python3/dist-packages"
 """Where Debian's packages of ROS 1 lie, outside of any environment."""
 
-MIDDLEWARE: Final[Mapping[str, tuple[str, str]]] = {
-    "ros1": ("rospy", "Install it: apt-get install ros-core python3-rospy."),
-    "ros2": ("cyclonedds", "Install it: pip install 'adeye[ros2]'."),
-    "zenoh": ("zenoh", "Install it: pip install 'adeye[zenoh]'."),
-}
-"""The package that each needs, and where to get it, by the kind of channel."""
+MIDDLEWARE: Final[Mapping[str, str]] = {"ros1": "rospy", "ros2": "cyclonedds", "zenoh": "zenoh"}
+"""The package that each needs, by the kind of channel."""
 
 COUNTS_AS: Final = 8
 """Programs that a node counts as where programs at once are bounded: two interpreters and a
@@ -32,11 +28,18 @@ def require(kind: str) -> None:
     """Refuse a kind of channel whose middleware is not installed; others pass.
 
     Raises:
-        InputError: It is not.
+        MissingExtra: It is not, and an extra brings it.
+        InputError: It is not, and Debian has it.
     """
-    package, remedy = MIDDLEWARE.get(kind, ("", ""))
-    if package and find_spec(package) is None and not Path(ROS_1, package).is_dir():
-        raise InputError(f"kind {kind} needs {package}, which is not installed", remedy=remedy)
+    package = MIDDLEWARE.get(kind)
+    if package is None or find_spec(package) is not None or Path(ROS_1, package).is_dir():
+        return
+    if kind != "ros1":
+        raise MissingExtra.of(f"kind {kind}", kind)
+    raise InputError(
+        f"kind {kind} needs {package}, which is not installed",
+        remedy="Install it: apt-get install ros-core python3-rospy.",
+    )
 
 
 def bridge(kind: str) -> tuple[str, ...]:

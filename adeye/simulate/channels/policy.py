@@ -43,7 +43,7 @@ from adeye.simulate.channels.perception.pose import (
 from adeye.simulate.channels.perception.step import NOTE_END, Perception
 from adeye.simulate.channels.perception.tracks import TRACKS
 from adeye.spec.channels import TrackingParameters
-from adeye.supervision import guest, is_asked
+from adeye.supervision import guest, is_asked, raised
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -326,6 +326,7 @@ class PolicyChannel:
                 except BaseException as error:
                     if is_asked(error):
                         raise
+                    raised(error)
                     self._fail(int(run), time, error)
         commands = to_command(
             actions, self._low[runs], self._high[runs], normalised=asked.parameters.normalised

@@ -20,7 +20,7 @@ from adeye import ports
 from adeye.signals import OK, SILENT, STATUS_LABELS, ControlCommand, Observation
 from adeye.simulate.channels.guard import ERROR, INVALID_OUTPUT, Failures, describe
 from adeye.simulate.channels.links import no_command
-from adeye.supervision import is_asked
+from adeye.supervision import is_asked, raised
 
 if TYPE_CHECKING:
     from adeye.ports import ChannelContext
@@ -60,6 +60,7 @@ class ScalarChannel:
             except BaseException as error:
                 if is_asked(error):
                     raise
+                raised(error)
                 self._failures.add(run, ERROR, 0.0, describe(error))
 
     def act(self, observation: Observation) -> ControlCommand:
@@ -87,6 +88,7 @@ class ScalarChannel:
         except BaseException as error:
             if is_asked(error):
                 raise
+            raised(error)
             self._failures.add(run, ERROR, observation.time, describe(error))
             return None
         if command is None:

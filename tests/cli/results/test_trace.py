@@ -1,6 +1,5 @@
 """``trace`` and ``plot``: what is printed and written, and what feeds ``stl``."""
 
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -71,12 +70,3 @@ def test_terminal_has_a_picture_of_each_signal(adeye: Any, asked: tuple[str, ...
     assert "\nego.speed [m/s]" in out
     assert "\nchannel.nominal.status\nsilent from 0 s, ok from 0.05 s, silent from 3 s, no" in out
     assert any("\N{BRAILLE PATTERN BLANK}" < letter <= "\u28ff" for letter in out)
-
-
-def test_terminal_without_the_library_says_what_to_install(
-    adeye: Any, asked: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setitem(sys.modules, "plotille", None)
-    said = adeye("plot", *asked, "ttc").refused
-    assert "adeye[plot]" in said
-    assert "--output run.svg" in said

@@ -4,7 +4,6 @@ import base64
 import json
 import os
 import shutil
-import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -268,10 +267,3 @@ def test_keys_are_for_their_owner_and_not_overwritten(
     with pytest.raises(PlatformError, match="cannot be written"):
         manifest.write_keys(tmp_path / "new.pem", tmp_path / "no" / "p")
     assert not (tmp_path / "new.pem").exists()
-
-
-def test_without_the_extra_it_says_what_to_install(
-    keys: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setitem(sys.modules, "cryptography.exceptions", None)
-    refused(PlatformError, manifest.sign, CONTENT, keys[0], says=r"adeye\[sign\]")
