@@ -19,7 +19,7 @@ import sysconfig
 import threading
 import time
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import cache, lru_cache, wraps
 from glob import escape
@@ -40,6 +40,8 @@ _EXECUTED: Final[dict[str, str]] = {}
 """Hash of the source that each module of a plug-in's package was executed from."""
 _LOOKED: Final[dict[str, float]] = {}
 """When the modules of each such package were last compared with their files [s since 1970]."""
+_NAMED: Final[dict[tuple[str, ...], str]] = {}
+"""Hash of the data of each part when it was loaded first, by its name and their places."""
 _HASHED: Final[set[str]] = set()
 """Files that are in an identity, as they are without links."""
 _FILES: Final = "adeye_files"
@@ -411,8 +413,8 @@ def _archive(path: Path) -> Path:
 
 
 def _is_installed(path: Path) -> bool:
-    is_library = any(map(path.resolve().is_relative_to, _libraries()))
-    return is_library or not _INSTALLED.isdisjoint(path.parts)
+    place, known = path.resolve(), (*map(str, _libraries()), *_PLACES)
+    return any(place.is_relative_to(folder) for folder in known)
 
 
 @cache
@@ -450,6 +452,8 @@ _OPENS: Final = {"open": 0, "ctypes.dlopen": 0}
 _THREAD: Final = "_thread.start_new_thread"
 _LISTS: Final = {"os.listdir": 0, "os.scandir": 0}
 """Events of folders that are listed."""
+_PLACES: Final = tuple(os.path.realpath(path) for path in sys.path if Path(path).name in _INSTALLED)
+"""Where packages are installed, before anybody else may say so."""
 _IMPORTS: Final = ("<frozen importlib", f"{sysconfig.get_path('stdlib')}{os.sep}importlib{os.sep}")
 """Who looks for modules, whose sources are compared where they are loaded."""
 _STARTS: Final = (
@@ -532,6 +536,17 @@ def _listen() -> None:
     for module, name in _STARTS:
         if hasattr(module, name):
             setattr(module, name, start_unsealed)
+    with suppress(ImportError):  # elsewhere nothing begins a process without an event
+        import _posixsubprocess
+
+        begin = _posixsubprocess.fork_exec
+
+        @wraps(begin)
+        def begin_unsealed(*asked: Any) -> int:
+            _refuse_unknown("subprocess.Popen", ())
+            return begin(*asked)
+
+        _posixsubprocess.fork_exec = begin_unsealed
 
 
 def _refuse_unknown(event: str, arguments: tuple[Any, ...]) -> None:
@@ -588,8 +603,7 @@ def _is_known(place: str) -> bool:
     if place.endswith(".pyc"):  # its source is compared with it where it is loaded
         folder, _, file = place.rpartition("/__pycache__/")
         place = f"{folder}/{file.partition('.')[0]}.py"
-    installed = (path for path in sys.path if Path(path).name in _INSTALLED)
-    places = (*map(str, _libraries()), *map(os.path.realpath, installed))
+    places = (*map(str, _libraries()), *_PLACES)
     return place in _HASHED or place.startswith(tuple(f"{path}{os.sep}" for path in places))
 
 
@@ -634,6 +648,29 @@ def require_unwritten(name: str, files: Iterable[File], since: float) -> None:
                 f"{name}: {path} was written while it was being executed",
                 remedy="Run again once it is as it is to stay; code does not write itself.",
             )
+
+
+def require_unkept(name: str, files: Sequence[File], before: frozenset[str]) -> None:
+    """Refuse data that changed since a plug-in in a file was loaded, if helpers may have kept it.
+
+    The file is executed anew, and the modules that it imports are not.
+
+    Args:
+        name: The part, as the user wrote it.
+        files: All that it is hashed by.
+        before: Names of the modules that were in memory before it was loaded.
+
+    Raises:
+        SpecError: It has such helpers.
+    """
+    helpers = sorted(before & {*_packages_of(files)})
+    data = {str(path): path for _, path in files if path.suffix not in _IMPORTABLE}
+    now = files_digest(data.items())
+    if _NAMED.setdefault((name, *sorted(data)), now) != now and helpers:
+        raise SpecError(
+            f"{name}: {helpers[0]} is in memory as it was before {' or '.join(data)} was written",
+            remedy="Start again in a new process (a notebook: a new kernel).",
+        )
 
 
 def _packages_of(files: Iterable[File]) -> Iterator[str]:

@@ -27,6 +27,7 @@ from adeye.plugin_code import (
     own_imports,
     package_files,
     require_executed,
+    require_unkept,
     require_unwritten,
     sealed,
     wall_time,
@@ -358,6 +359,7 @@ def _from_file(
             raise
         known = _remember((str(path), attribute, digest), name, module, is_nameable)
     require_executed(name, own_imports(files), before, code)
+    require_unkept(name, code, before)
     return known if known.name == name else Part(known.obj, name, digest, known.version)
 
 

@@ -173,6 +173,26 @@ def process(package: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(plugin_code, "_process_start", lambda: began)
 
 
+def test_data_that_a_helper_may_have_kept_is_not_exchanged(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "path", [str(folder), *sys.path])
+    (folder / "keeping.py").write_text("KEPT = {}\n")
+    source = READING.format(named='adeye_files = ["gain.txt"]')
+    (folder / "alone.py").write_text(source)
+    (folder / "helped.py").write_text(f"import keeping\n{source}")
+    for text in ("1", "2"):
+        (folder / "gain.txt").write_text(text)
+        assert load_part("./alone.py:Mine", folder).build().compute() == text
+        if text == "1":
+            load_part("./helped.py:Mine", folder)
+    with pytest.raises(SpecError, match=r"keeping is in memory as it was before .*gain\.txt"):
+        load_part("./helped.py:Mine", folder)
+    (folder / "gain.txt").write_text("1")
+    assert load_part("./helped.py:Mine", folder).build().compute() == "1"
+    del sys.modules["keeping"]
+
+
 def test_helper_on_a_path_that_the_plugin_adds_is_refused_once_it_changed(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -499,6 +519,7 @@ def test_sealed_part_cannot_read_what_it_does_not_name(folder: Path) -> None:
         "threading.Thread(target=open, args=(path,)).start()",
         "subprocess.check_output(['cat', path])",
         "os.system('cat ' + path)",
+        "multiprocessing.get_context('spawn').Process(target=open, args=(path,)).start()",
         "os.fork()",
         "_thread.start_new_thread(open, (path,))",
         "sqlite3.connect(path)",
@@ -529,6 +550,17 @@ def test_seal_holds_for_every_way_to_read(folder: Path, how: str) -> None:
         eval(how, names)  # noqa: S307 - of this file
 
 
+def test_folder_that_a_part_calls_one_of_packages_is_none(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    place = folder / "site-packages" / "limits.txt"
+    place.parent.mkdir()
+    place.write_text("1")
+    monkeypatch.syspath_prepend(place.parent)
+    with pytest.raises(PluginError, match=r"limits\.txt, which is not"), sealed("./mine.py:Mine"):
+        place.read_text()
+
+
 def test_refusal_that_is_swallowed_is_told_at_the_end(folder: Path) -> None:
     (folder / "gain.txt").write_text("1")
 
@@ -544,7 +576,8 @@ def test_refusal_that_is_swallowed_is_told_at_the_end(folder: Path) -> None:
 
 
 _MODULES = (
-    *("_thread", "ast", "ctypes", "os", "pathlib", "sqlite3", "subprocess", "threading", "zipfile"),
+    *("_thread", "ast", "ctypes", "multiprocessing", "os", "pathlib", "sqlite3", "subprocess"),
+    *("threading", "zipfile"),
 )
 
 

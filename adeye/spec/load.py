@@ -459,16 +459,18 @@ class _Merged:
 def _require_same_files(path: Path, merged: _Merged) -> None:
     """Refuse a name of a file that means another one beside who inherits it than beside its writer.
 
+    A link inherits from what it leads to.
+
     Raises:
         SpecError: One does; names are relative to the file that inherits them.
     """
-    folders = {Path(document.path).parent.resolve() for document in merged.documents}
-    if len(folders) == 1:
+    folders = {Path(document.path).resolve().parent for document in merged.documents}
+    if folders == {path.parent.resolve()}:
         return
     for loc, text in texts_in(merged.value):
         where = merged.locate(loc)
         for name in _meant(text):
-            theirs, ours = Path(where.path).parent / name, path.parent / name
+            theirs, ours = Path(where.path).resolve().parent / name, path.parent / name
             if _is(Path.is_file, theirs) and theirs.resolve() != ours.resolve():
                 raise SpecError(
                     f"{shown(text)} is inherited from another folder, "

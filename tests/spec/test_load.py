@@ -151,6 +151,18 @@ def test_name_that_is_inherited_from_another_folder_means_no_other_file(
     assert load_odd(heir).odd.spec.odd == "heir"
 
 
+def test_link_to_an_odd_means_no_other_files_than_it_leads_to(tmp_path: Path) -> None:
+    shutil.copytree(ROOT / "odd", tmp_path / "odd")
+    link = tmp_path / "linked" / "odd.yaml"
+    shutil.copytree(tmp_path / "odd", link.parent)
+    link.symlink_to("../odd/motorway_chauffeur.yaml")
+    caught = refused(SpecError, load_odd, link, says="is inherited from another folder")
+    assert "Name '../odd/" in str(caught)
+    beside = tmp_path / "odd" / "link.yaml"
+    beside.symlink_to("motorway_chauffeur.yaml")
+    assert load_odd(beside).odd.spec.odd == "motorway_chauffeur"
+
+
 def test_scenario_extends_one_of_the_package_that_is_not_beside_it(write: Any) -> None:
     loaded = load_scenario(write("mine", "extends: motorway_bay\nscenario: mine\ntitle: Mine\n"))
     assert loaded.spec.title == "Mine"

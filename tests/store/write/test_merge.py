@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import sqlite3
 from collections.abc import Iterator, Sequence
+from datetime import datetime
 from itertools import permutations
 from pathlib import Path
 from typing import Any
@@ -83,13 +84,22 @@ def test_shards_merged_are_one_campaign(mini: Executed, parts: Path, tmp_path: P
     assert again.verdicts == mini.summary.verdicts
 
 
+def test_who_is_planned_while_the_clock_stands_is_the_latest_after_a_merge(tmp_path: Path) -> None:
+    day = "2026-01-01T00:00:00.000+00:00"
+    plans = planned_at(tmp_path / "a.db", Example(), *((count, day) for count in (4, 2, 3, 4, 2)))
+    merged(tmp_path / "b.db", tmp_path / "a.db")
+    assert latest(tmp_path / "b.db") == latest(tmp_path / "a.db") == plans[2]
+
+
 def planned_at(db: Path, example: Example, *plans: tuple[int, str]) -> dict[int, str]:
     """Plan campaigns of so many cases, each at a time of day."""
     found: dict[int, str] = {}
+    written = encoding.utc_text
     with Repository.open(db) as repository:
         for count, at in plans:
+            now = datetime.fromisoformat(at)
             with pytest.MonkeyPatch.context() as patch:
-                patch.setattr(encoding, "utc_text", lambda _, at=at: at)
+                patch.setattr(encoding, "utc_text", lambda asked, now=now: written(asked or now))
                 found[count] = Store(repository, example).campaign(count)
     return found
 
