@@ -51,6 +51,7 @@ from adeye.spec.channels import (
     PluginChannel,
     PolicyChannel,
 )
+from adeye.spec.document import Loc, texts_in
 from adeye.spec.programs import Plant
 from adeye.spec.quantity import IDENTIFIER
 from adeye.spec.sensors import FmuSensor, PluginSensor
@@ -217,7 +218,7 @@ def _files(loaded: Loaded[Architecture]) -> Iterator[ReadFile]:
                 found[file.path] = spec.parameters.command[0]
             yield file
         if isinstance(spec, CommandChannel):
-            _require_counted(loaded, channel, spec.parameters.command, found)
+            _require_counted(loaded, channel, spec, found)
         # What Python finds beside its program is a part of it, listed or not.
         with placed(loaded.locate(("channels", channel)), f"channel {channel}: "):
             beside = {path for file, by in found.items() for path in imports_beside(file, by)}
@@ -227,23 +228,38 @@ def _files(loaded: Loaded[Architecture]) -> Iterator[ReadFile]:
 
 
 def _require_counted(
-    loaded: Loaded[Architecture], channel: str, command: Sequence[str], counted: Container[Path]
+    loaded: Loaded[Architecture], channel: str, spec: CommandChannel, counted: Container[Path]
 ) -> None:
-    """Refuse words of a command that mean files which no identity has: results would be reused."""
-    for at, word in enumerate(command):
-        name = word.rpartition("=")[2]
-        if at == 0 or word.startswith(HERE) or name.startswith(_OF_SYSTEM):
+    """Refuse words and values that mean files which no identity has: results would be reused."""
+    words: list[tuple[Loc, str]]
+    words = [(("command", at), word) for at, word in enumerate(spec.parameters.command) if at]
+    values = getattr(spec.parameters, "values", {})
+    words += [(("values", *loc), text) for loc, text in texts_in(values)]
+    folder = loaded.path.parent
+    for loc, word in words:
+        if word.startswith(HERE) and loc[0] == "command":
             continue
-        for path in (loaded.path.parent / name, Path(name)):
-            # Unlike Path.is_file it takes any text, however long.
-            if os.path.isfile(path) and path.resolve() not in counted:  # noqa: PTH113
+        named = {*_PARTED.split(word), word[word.find("/") :] if "/" in word else word}
+        for name in sorted(named - {"", ".", ".."}):
+            # A word that happens to be called as a folder at hand is none.
+            places = [folder / name, *([Path(name)] if "/" in name or "." in name else [])]
+            if not name.startswith(_OF_SYSTEM) and any(
+                _uncounted(path, counted) for path in places
+            ):
                 raise SpecError(
-                    f"channel {channel}: {shown(word)} means a file that is in no identity",
-                    where=loaded.locate(("channels", channel, "parameters", "command", at)),
-                    remedy=f"Write it as {HERE}file beside this file, or list it in files.",
+                    f"channel {channel}: {shown(word)} means a file or folder in no identity",
+                    where=loaded.locate(("channels", channel, "parameters", *loc)),
+                    remedy=f"Name each file in files, or as a word {HERE}file of the command.",
                 )
 
 
+def _uncounted(path: Path, counted: Container[Path]) -> bool:
+    # Unlike Path.exists it takes any text, however long.
+    return os.path.exists(path) and path.resolve() not in counted  # noqa: PTH110
+
+
+_PARTED: Final = re.compile(r"[=:,@]|file://")
+"""What stands before a name of a file in a word."""
 _OF_SYSTEM: Final = ("/usr/", "/opt/", "/bin/", "/lib", "/dev/", "/proc/")
 """Where installed software lies, which no identity has; its version belongs into ``version``."""
 

@@ -284,13 +284,17 @@ def test_files_of_a_command_are_part_of_the_identity(project: Project) -> None:
 
 
 def test_wrong_program_is_refused_where_it_is_written(project: Project) -> None:
-    (project.folder / "odd" / "architectures" / "b.bin").touch()
+    folder = project.folder / "odd" / "architectures"
+    (folder / "nets").mkdir()
+    (found := folder / "b.bin").touch()
     for command, files, message, line in (
         (("./gone",), (), "'./gone' is not there", "- ./gone"),
         (("sh", "-c", "exit"), (), "names no file of the project", "- sh"),
         (("sh", "./own.py"), ("own.py",), "'own.py' is listed twice", "- own.py"),
-        (("sh", "./own.py", "--of=./b.bin"), (), "means a file that is in no", "- --of=./b.bin"),
-        (("sh", "./own.py", "b.bin"), (), "means a file that is in no identity", "- b.bin"),
+        *(
+            (("sh", "./own.py", word), (), "means a file or folder in no identity", f"- {word}")
+            for word in ("--of=./b.bin", "b.bin", "nets", "x:b.bin", f"-c{found}")
+        ),
     ):
         caught = refused(SpecError, process_parts, project, *command, files=files, says=message)
         assert line_of(project, caught) == line
