@@ -8,7 +8,7 @@ it had failed. Points that hold with the same result count once.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from importlib import resources
 from typing import Annotated, Any, Final, Literal, get_args
@@ -153,12 +153,32 @@ _UNTOLD: Final[Mapping[str, None]] = dict.fromkeys(
 """What a claim has no number for before it is allowed."""
 
 
+def _partly(
+    counts: Mapping[tuple[str, str, str], _Counts], found: Sequence[Claim]
+) -> Iterator[str]:
+    """Say of which points bounds are not, where an FSR is not judged on all of a scenario."""
+    told: dict[tuple[str, int, int], list[str]] = {}
+    for item in found:
+        count = counts.get((item.fsr, item.architecture, item.scenario))
+        if count is not None and not item.refusal and count.points < count.everywhere:
+            told.setdefault((item.scenario, count.points, count.everywhere), []).append(item.fsr)
+    for (scenario, points, everywhere), fsrs in told.items():
+        yield _TEXTS["partly"].format(
+            scenario=scenario,
+            fsrs=", ".join(dict.fromkeys(fsrs)),
+            points=points,
+            everywhere=everywhere,
+        )
+
+
 @dataclass(frozen=True, slots=True)
 class _Counts:
     points: int
     exercised: int
     failing: int
     undecided: int
+    everywhere: int = 0
+    """Points of the scenario, also those that the FSR is not judged on."""
     repeated: int = 0
     """Points that hold with the result of another one, exercised or not."""
     drawn: int = 0
@@ -253,7 +273,7 @@ class _Claimer:
             odd=self._campaign.odd,
             title=self._campaign.title,
             populations={name: item.population for name, item in self._designs.items()},
-            conditions=self._conditions(found, bounds),
+            conditions=(*_partly(counts, found), *self._conditions(found, bounds)),
             claims=tuple(found),
         )
 
@@ -278,11 +298,10 @@ class _Claimer:
         """Fold the runs of each drawn point."""
         compared = self._compared
         column = compared.fsrs.index(fsr)
-        rows = (
-            (compared.scenario.codes == _code(compared.scenario.words, scenario))
-            & (compared.architecture.codes == _code(compared.architecture.words, architecture))
-            & (compared.verdict[:, column] >= 0)
+        planned = (compared.scenario.codes == _code(compared.scenario.words, scenario)) & (
+            compared.architecture.codes == _code(compared.architecture.words, architecture)
         )
+        rows = planned & (compared.verdict[:, column] >= 0)
         if not rows.any():
             return _Counts(0, 0, 0, 0)
         groups = Groups.of(self._units[rows])
@@ -301,6 +320,7 @@ class _Claimer:
             exercised=drawn - again if self._is_repeated else drawn,
             failing=int((worst == FAILED).sum()),
             undecided=int((worst == UNDECIDED).sum()),
+            everywhere=len(np.unique(self._units[planned])),
             repeated=int(held.sum()) - len(results) if self._is_repeated else 0,
             drawn=drawn,
             results=results,

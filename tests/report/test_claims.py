@@ -125,6 +125,13 @@ def test_vacuous_points_and_runs_that_are_not_judged_help_nothing() -> None:
     assert (found.points, found.exercised) == (1, 1)
 
 
+def test_points_on_the_other_side_of_the_odd_are_said_to_be_in_no_bound() -> None:
+    told = "cut_in: FSR-01 only for the 2 of 3 points that lie on its side of the ODD"
+    assert claims(Campaign({"cut_in": ["PASS", "-", "PASS"]})).conditions[0].startswith(told)
+    every = claims(Campaign({"cut_in": ["PASS", "- PASS", "PASS"]})).conditions
+    assert not any("on its side of the ODD" in text for text in every)
+
+
 def test_what_was_never_exercised_and_chosen_points_are_refused() -> None:
     cases = [("random", "VACUOUS", "its precondition never held")]
     cases += [(name, "PASS", "not a random sample") for name in ("full_factorial", "list", "zip")]
