@@ -260,7 +260,7 @@ def _uncounted(path: Path, counted: Container[Path]) -> bool:
 
 _PARTED: Final = re.compile(r"[=:,@]|file://")
 """What stands before a name of a file in a word."""
-_OF_SYSTEM: Final = ("/usr/", "/opt/", "/bin/", "/lib", "/dev/", "/proc/")
+_OF_SYSTEM: Final = ("/usr/", "/opt/", "/bin/", "/lib/", "/lib64/", "/dev/", "/proc/")
 """Where installed software lies, which no identity has; its version belongs into ``version``."""
 
 
