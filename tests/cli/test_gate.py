@@ -318,7 +318,16 @@ def test_report_of_evidence_that_was_altered_is_written_and_tells(
     with Repository.open(folder / "x.db", create=False) as repository:
         root = known(repository.evidence.root(repository.find_campaign().id)).root
     alter(folder / "x.db", ALTERED[change])
-    files = ("--report-json", "r.json", "--junit", "r.xml", "--gsn", "r.json.mmd", "--sarif", "r.sarif")
+    files = (
+        "--report-json",
+        "r.json",
+        "--junit",
+        "r.xml",
+        "--gsn",
+        "r.json.mmd",
+        "--sarif",
+        "r.sarif",
+    )
     done = adeye("report", "--db", "x.db", *files)
     assert (done.code, "is not as it was written" in done.err) == (4, True)
     told = json.loads((folder / "r.json").read_text())
