@@ -353,7 +353,13 @@ class RemoteParameters(Deadlines):
 
     address: Annotated[str, AfterValidator(_require_place)]
     """``tcp://HOST:PORT``: what listens there gets a connection for each run."""
-    version: Annotated[str, StringConstraints(pattern=q.LINE, max_length=200), _Nfc]
+    version: Annotated[
+        str,
+        StringConstraints(pattern=q.LINE, max_length=200),
+        _Nfc,
+        # Classes of characters are not in every dialect that reads a schema.
+        Field(json_schema_extra={"pattern": r"\S"}),
+    ]
     """What it must say that it is in its first line. It stands in a result's identity for the
     content that nobody here can read."""
     network: Literal["loopback", "unprotected"] = "loopback"
