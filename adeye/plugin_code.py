@@ -7,7 +7,6 @@ older state of one in memory is refused.
 
 from __future__ import annotations
 
-import _thread
 import ast
 import hashlib
 import importlib.util
@@ -18,7 +17,7 @@ import sys
 import sysconfig
 import threading
 import time
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import cache, lru_cache, wraps
@@ -447,34 +446,31 @@ _sealed: Final[dict[int, _Seal]] = {}
 _OF_SYSTEM: Final = ("/proc/", "/sys/", "/usr/share/", "/usr/lib/", "/etc/ssl/", "/etc/localtime")
 _KEPT_CODE: Final = re.compile(r".*/__pycache__/[^/]+\.nb[ic]")
 """What numba keeps compiled."""
-_OPENS: Final = {"open": 0, "ctypes.dlopen": 0}
-"""Events of files that are opened, by the place of the name among what is told of them."""
-_THREAD: Final = "_thread.start_new_thread"
-_LISTS: Final = {"os.listdir": 0, "os.scandir": 0}
+_OPENS: Final = {"open", "ctypes.dlopen"}
+"""Events of files that are opened; the first that is told of them is the name."""
+_LISTS: Final = {"os.listdir", "os.scandir"}
 """Events of folders that are listed."""
 _PLACES: Final = tuple(os.path.realpath(path) for path in sys.path if Path(path).name in _INSTALLED)
 """Where packages are installed, before anybody else may say so."""
 _IMPORTS: Final = ("<frozen importlib", f"{sysconfig.get_path('stdlib')}{os.sep}importlib{os.sep}")
 """Who looks for modules, whose sources are compared where they are loaded."""
-_STARTS: Final = (
-    (_thread, "start_new_thread"),
-    (_thread, "start_new"),
-    (threading, "_start_new_thread"),
-)
-"""Where Python keeps what begins a thread."""
+_THREAD: Final = "_thread.start_new_thread"
+_PROCESS: Final = "subprocess.Popen"
+# Of what is attached to a database nothing is told.
 _LEAVES: Final = {
-    *(
-        _THREAD,
-        "_thread.start_joinable_thread",
-        "subprocess.Popen",
-        "os.system",
-        "os.posix_spawn",
-        "os.exec",
-    ),
-    *("os.fork", "os.forkpty", "socket.connect"),
-    "sqlite3.connect",  # nothing tells of a file that is attached to a database
+    *(_THREAD, "_thread.start_joinable_thread"),
+    *(_PROCESS, "os.system", "os.posix_spawn", "os.exec", "os.fork", "os.forkpty"),
+    *("socket.connect", "sqlite3.connect"),
 }
 """Events after which nobody sees what is read."""
+_EVENTS: Final = _OPENS | _LISTS | _LEAVES
+_UNTOLD: Final = (
+    (_THREAD, "_thread", "start_new_thread"),
+    (_THREAD, "_thread", "start_new"),
+    (_THREAD, "threading", "_start_new_thread"),
+    (_PROCESS, "_posixsubprocess", "fork_exec"),
+)
+"""What begins threads (on Python 3.11) and processes without an event: module and name."""
 
 
 @contextmanager
@@ -525,32 +521,25 @@ class _Seal:
 def _listen() -> None:
     """Have Python ask before it opens a file; that cannot be taken back (PEP 578)."""
     sys.addaudithook(_refuse_unknown)
-    start = _thread.start_new_thread
+    for event, module, name in _UNTOLD:
+        with suppress(ImportError, AttributeError):  # of another system, or of another Python
+            place = importlib.import_module(module)
+            setattr(place, name, _telling(event, getattr(place, name)))
 
-    @wraps(start)
-    def start_unsealed(*asked: Any) -> int:
-        # Python 3.11 tells of no thread that begins.
-        _refuse_unknown(_THREAD, ())
-        return start(*asked)
 
-    for module, name in _STARTS:
-        if hasattr(module, name):
-            setattr(module, name, start_unsealed)
-    with suppress(ImportError):  # elsewhere nothing begins a process without an event
-        import _posixsubprocess
+def _telling(event: str, begin: Callable[..., Any]) -> Callable[..., Any]:
+    """Have an event told before something begins."""
 
-        begin = _posixsubprocess.fork_exec
+    @wraps(begin)
+    def tell(*asked: Any) -> Any:
+        _refuse_unknown(event, ())
+        return begin(*asked)
 
-        @wraps(begin)
-        def begin_unsealed(*asked: Any) -> int:
-            _refuse_unknown("subprocess.Popen", ())
-            return begin(*asked)
-
-        _posixsubprocess.fork_exec = begin_unsealed
+    return tell
 
 
 def _refuse_unknown(event: str, arguments: tuple[Any, ...]) -> None:
-    if not _sealed or (event not in _OPENS and event not in _LEAVES and event not in _LISTS):
+    if not _sealed or event not in _EVENTS:
         return
     seal = _sealed.get(threading.get_ident())
     said = None if seal is None else _unknown(event, arguments)
@@ -568,7 +557,7 @@ def _unknown(event: str, arguments: tuple[Any, ...]) -> str | None:
             f"does {event}: what is read then is in no identity. It may compute in its own thread "
             "and process only"
         )
-    path = arguments[(_OPENS | _LISTS)[event]]
+    path = arguments[0]
     if event in _LISTS:
         return _unlisted(path)
     if path is None or isinstance(path, int) or path == "":

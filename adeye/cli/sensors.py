@@ -12,7 +12,7 @@ import typer
 
 from adeye.cli.options import Json, named_page, option
 from adeye.cli.output import NONE, emit, emit_found, emit_line, emit_table, listed, wrote
-from adeye.errors import SpecError, UsageError
+from adeye.errors import SpecError, UsageError, amount
 from adeye.report.words import KMH, forward_text, left_speed, metres, percent, speed_text
 
 if TYPE_CHECKING:
@@ -223,8 +223,7 @@ def _removals(suites: Sequence[Suite]) -> None:
         for item in suite.removals:
             gone = item.what
             if item.kind != "sensor":
-                plural = "" if len(item.sensors) == 1 else "s"
-                gone = f"{item.what} ({item.kind}, {len(item.sensors)} sensor{plural})"
+                gone = f"{item.what} ({item.kind}, {amount(len(item.sensors), 'sensor')})"
             elif item.what == suite.critical:
                 gone = f"{item.what} (critical)"
             rows.append([f"  {gone}", *_left(item, names)])

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from adeye.campaign.parts import load_parts
-from adeye.errors import SpecError, UsageError, placed, suggest
+from adeye.errors import SpecError, UsageError, amount, placed, suggest
 from adeye.ports import ChannelContext
 from adeye.selftest.bench import SCENARIO
 from adeye.signals import SILENT, ControlCommand, Floats, Measurement, Observation
@@ -425,7 +425,8 @@ def _first(channel: Any) -> ChannelEvent | None:
 def _left(subject: Subject, wrong: Mapping[int, str], strays: int) -> str:
     # What a launcher of a middleware starts apart is ended by adeye's own program, not by itself.
     if strays and not wrong and subject.kind not in MIDDLEWARE:
-        return f"it left {strays} process{'' if strays == 1 else 'es'} behind, out of its session"
+        left = amount(strays, "process", "processes")
+        return f"it left {left} behind, out of its session"
     return next((f"it {text}" for text in wrong.values()), "")
 
 

@@ -123,7 +123,7 @@ def _fsrs(
     status: Sequence[FsrStatus],
     compared: Compared,
 ) -> dict[str, BaselineFsr]:
-    digests = dict(zip(compared.fsrs, compared.fsr_digests, strict=True))
+    digests = compared.digest_of
     mandatory = {item.fsr for item in repository.gate(campaign.id)}
     return {
         item.fsr: BaselineFsr.of(item, digest=digests[item.fsr], mandatory=item.fsr in mandatory)

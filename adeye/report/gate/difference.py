@@ -294,9 +294,7 @@ def _recoded(
     old: _Campaign, new: _Campaign, changed: Collection[str]
 ) -> dict[str, tuple[EditTold]]:
     """Tell of FSRs that read as they did and are judged by something else: code, attributes."""
-    was, has = (
-        dict(zip(side.compared.fsrs, side.compared.fsr_digests, strict=True)) for side in (old, new)
-    )
+    was, has = old.compared.digest_of, new.compared.digest_of
     return {
         name: (EditTold(path=_JUDGED_BY, old=was[name][:12], new=has[name][:12]),)
         for name in has

@@ -360,6 +360,11 @@ class Compared:
         """Return the number of cases N."""
         return len(self.result)
 
+    @property
+    def digest_of(self) -> dict[str, str]:
+        """What the verdicts of each FSR depend on beside the trace."""
+        return dict(zip(self.fsrs, self.fsr_digests, strict=True))
+
 
 def read_compared(
     connection: Connection,
