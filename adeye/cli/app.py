@@ -12,29 +12,10 @@ from typing import Annotated, Final
 
 import typer
 
-from adeye.cli.certify import certify, selftest
-from adeye.cli.database import database_app, manifest_app
-from adeye.cli.doctor import doctor, plugins
-from adeye.cli.gate import check, gate, stale
-from adeye.cli.guests import channel_app, fmu_app
-from adeye.cli.maps import map_app
-from adeye.cli.new import init, new_app
-from adeye.cli.options import add, examples
+from adeye.cli.options import examples
 from adeye.cli.output import clean, emit, talk
-from adeye.cli.plan import coverage, dependencies, plan, signals
 from adeye.cli.progress import leave_if_abandoned, raising_on_sigterm
-from adeye.cli.results.compare import compare, matrix
-from adeye.cli.results.confidence import confidence, uncertainty
-from adeye.cli.results.diff import diff
-from adeye.cli.results.faults import faults, fork, forks, timeline
-from adeye.cli.results.preventability import preventability, reference
-from adeye.cli.results.query import export, query, stl
-from adeye.cli.results.show import replay, show
-from adeye.cli.results.trace import plot, trace
-from adeye.cli.results.where import where
-from adeye.cli.run import judge, report, run, warmup
-from adeye.cli.scenario import scenario_app
-from adeye.cli.sensors import sensors
+from adeye.cli.verbs import Program
 from adeye.errors import AdeyeError, InputError, Terminated, code_of
 from adeye.judge.verdict import ExitCode
 from adeye.notices import told_to
@@ -42,12 +23,8 @@ from adeye.supervision import Ended, has_guests, note_end, supervise
 
 # --- The verbs of ``adeye`` put together, with what is common to all ------------------------------
 
-CAMPAIGN: Final = "Plan and run"
-RESULTS: Final = "Read results"
-WRITE: Final = "Write your own"
-KEEP: Final = "Keep it healthy"
-
 app = typer.Typer(
+    cls=Program,
     help="Test an autonomous driving architecture in closed loop against its operational design "
     "domain: every scenario, fault and sensor of an ODD file, judged against the functional "
     "safety requirements.",
@@ -96,29 +73,6 @@ def common(
     ] = False,
 ) -> None:
     """Take what is common to all verbs."""
-
-
-for panel, verbs in (
-    (CAMPAIGN, (plan, run, coverage, judge, gate, stale, signals, sensors, dependencies)),
-    (CAMPAIGN, (reference, check)),
-    (RESULTS, (show, trace, plot, replay, timeline, faults, fork, forks)),
-    (CAMPAIGN, (uncertainty,)),
-    (
-        RESULTS,
-        (preventability, query, where, diff, stl, compare, confidence, report, matrix, export),
-    ),
-    (WRITE, (init,)),
-    (KEEP, (plugins, warmup, selftest, certify, doctor)),
-):
-    for verb in verbs:
-        add(app, verb, panel=panel)
-app.add_typer(new_app, name="new", rich_help_panel=WRITE)
-app.add_typer(channel_app, name="channel", rich_help_panel=WRITE)
-app.add_typer(fmu_app, name="fmu", rich_help_panel=WRITE)
-app.add_typer(map_app, name="map", rich_help_panel=WRITE)
-app.add_typer(scenario_app, name="scenario", rich_help_panel=WRITE)
-app.add_typer(database_app, name="db", rich_help_panel=KEEP)
-app.add_typer(manifest_app, name="manifest", rich_help_panel=KEEP)
 
 
 # --- The console script: run a verb, and turn whatever ends it into one message and an exit code --

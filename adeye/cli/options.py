@@ -387,18 +387,23 @@ class _Verb(TyperCommand):
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Write the help as it stands: brackets are no markup, and a flag takes no value."""
-        from rich.markup import escape
+        super(_Verb, as_it_stands(self, ctx)).format_help(ctx, formatter)
 
-        told = copy(self)
-        told.help, told.epilog = escape(self.help or ""), escape(self.epilog or "")
-        params = [copy(param) for param in self.get_params(ctx)]
-        for param in params:
-            text = getattr(param, "help", None)
-            setattr(param, "help", escape(text) if text else text)  # noqa: B010 - of a library
-            if getattr(param, "is_flag", False):
-                param.metavar = ""
-        setattr(told, "get_params", lambda _: params)  # noqa: B010 - of a library
-        super(_Verb, told).format_help(ctx, formatter)
+
+def as_it_stands(command: Any, ctx: Any) -> Any:
+    """Return a copy of a command whose help is no markup, and whose flags take no value."""
+    from rich.markup import escape
+
+    told = copy(command)
+    told.help, told.epilog = escape(command.help or ""), escape(command.epilog or "")
+    params = [copy(param) for param in command.get_params(ctx)]
+    for param in params:
+        text = getattr(param, "help", None)
+        setattr(param, "help", escape(text) if text else text)  # noqa: B010 - of a library
+        if getattr(param, "is_flag", False):
+            param.metavar = ""
+    setattr(told, "get_params", lambda _: params)  # noqa: B010 - of a library
+    return told
 
 
 def _plain(param: Any, form: str) -> Callable[..., Any]:

@@ -15,6 +15,7 @@ import typer
 
 import adeye.campaign.plan
 from adeye import __version__, errors
+from adeye.cli import verbs as listed
 from adeye.cli.app import app
 from adeye.errors import SourceLocation, Terminated
 from tests.project import Executed
@@ -66,6 +67,23 @@ def test_every_verb_has_help_with_an_example(adeye: Any) -> None:
         assert (ended.code, ended.err) == (0, ""), path
         assert verb.help.endswith("."), path
         assert f"adeye {' '.join(path)}" in ended.out.split("Examples:")[1]
+
+
+def test_the_list_of_verbs_tells_what_their_own_help_begins_with() -> None:
+    commands = typer.main.get_command(app).commands  # type: ignore[attr-defined]
+    own = {name: command.help.split("\n\n")[0] for name, command in commands.items()}
+    assert {name: verb.summary for name, verb in listed.VERBS.items()} == own
+
+
+def test_a_verb_imports_the_modules_of_no_other() -> None:
+    script = (
+        "import sys; from adeye.cli import main; main(['stl', '--help'])\n"
+        "print(*sorted(name for name in sys.modules if name.startswith('adeye.cli.')))"
+    )
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    printed = subprocess.check_output([sys.executable, "-c", script], env=environment, text=True)
+    loaded = {name.removeprefix("adeye.cli.") for name in printed.splitlines()[-1].split()}
+    assert loaded == {"app", "options", "output", "progress", "results", "results.query", "verbs"}
 
 
 def test_verbs_are_put_together_once(adeye: Any, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -140,7 +158,12 @@ def test_reads_load_no_compiler(verb: str, mini: Executed, tmp_path: Path) -> No
 
 
 def test_help_shows_brackets_and_no_value_of_flags() -> None:
-    for words, shown in (("export --help", "adeye[columnar]"), ("fmu export --help", "adeye[fmi]")):
+    for words, shown in (
+        ("--help", "--version"),
+        ("db --help", "merge"),
+        ("export --help", "adeye[columnar]"),
+        ("fmu export --help", "adeye[fmi]"),
+    ):
         code, out, _ = program(*words.split(), cwd=ROOT, COLUMNS="200")
         assert (code, shown in out, "<bool>" in out) == (0, True, False)
 
