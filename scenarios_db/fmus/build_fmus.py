@@ -215,8 +215,13 @@ VEHICLE = [
     Var("yaw_rate", "output"),
     Var("vy", "local"),
     Var("has_begun", "local"),
+    Var("drive", "local", unit="m/s2"),
 ]
-"""A single-track model with linear tyres of limited grip, lags of drive and steering."""
+"""A single-track model with linear tyres of limited grip, lags of drive and steering.
+
+What the drive gives is ``drive``; the acceleration ``a`` is what grip leaves of it, and nothing
+once the vehicle stands.
+"""
 
 VEHICLE_STEP = r"""
     const double g = 9.81, l = 1.45, iz = 1.6 * v[7];
@@ -224,7 +229,7 @@ VEHICLE_STEP = r"""
     const int n = 50;
     const double k = h / n;
     for (int i = 0; i < n && h > 0; i++) {
-        v[13] += k * (v[0] - v[13]) / 0.15;
+        v[18] += k * (v[0] - v[18]) / 0.15;
         v[14] += k * (v[1] - v[14]) / 0.1;
         double most = v[2] * v[7] * g / 2, u = v[12];
         if (u < 3.0) {  /* slip angles mean nothing while it creeps */
@@ -238,8 +243,9 @@ VEHICLE_STEP = r"""
             v[16] += k * ((front + rear) / v[7] - u * v[15]);
             v[15] += k * l * (front - rear) / iz;
         }
-        double a = fmax(-v[2] * g, fmin(v[2] * g, v[13]));
-        v[12] = fmax(0.0, u + k * a);
+        v[13] = fmax(-v[2] * g, fmin(v[2] * g, v[18]));
+        if (u + k * v[13] <= 0.0) v[13] = -u / k;
+        v[12] = fmax(0.0, u + k * v[13]);
         v[9] += k * (v[12] * cos(v[11]) - v[16] * sin(v[11]));
         v[10] += k * (v[12] * sin(v[11]) + v[16] * cos(v[11]));
         v[11] += k * v[15];

@@ -13,7 +13,8 @@ from adeye.simulate.traffic import make_traffic
 from adeye.sweep.case import TestCase
 from tests.motorway import make_case, make_scenario
 from tests.refusals import refused
-from tests.simulate.bridges.fmus import car
+from tests.simulate.bridges.fmus import SHIPPED, car
+from tests.stored import read_yaml
 
 PLANT: dict[str, Any] = {
     "file": "./car.fmu",
@@ -143,3 +144,24 @@ def test_vehicle_without_an_fmu_is_identified_as_before() -> None:
 def test_plant_that_gets_no_steering_is_refused() -> None:
     inputs = {"acc": "acceleration"}
     refused(ValueError, case, {**PLANT, "inputs": inputs}, says="no variable gets steering_angle")
+
+
+def test_shipped_vehicle_tells_the_acceleration_that_grip_leaves() -> None:
+    plant = read_yaml(SHIPPED.parent / "fmu_vehicle.yaml")["vehicle"]["plant"]
+    slippery = make_case(
+        make_scenario(environment={"friction": 0.6}),
+        vehicle={"plant": plant},
+    )
+    traffic = make_traffic("batch")
+    traffic.base_dir = SHIPPED.parent
+    _, scene = traffic.reset([slippery])
+    speeds, rates = [scene.ego[0, 3]], [0.0]
+    for _ in range(140):
+        ego = traffic.step(np.array([[-8.0, 0.0]])).ego[0]
+        speeds.append(ego[3])
+        rates.append(ego[EGO_COLUMNS.index("acceleration")])
+    traffic.close()
+    assert min(rates) == pytest.approx(-0.6 * 9.81)
+    assert (speeds[-1], rates[-1]) == (0.0, 0.0)
+    even = 0.05 * (np.array(rates[1:]) + rates[:-1]) / 2.0
+    assert np.diff(speeds) == pytest.approx(even, abs=0.1)
