@@ -639,25 +639,23 @@ def require_unwritten(name: str, files: Iterable[File], since: float) -> None:
             )
 
 
-def require_unkept(name: str, files: Sequence[File], before: frozenset[str]) -> None:
-    """Refuse data that changed since a plug-in in a file was loaded, if helpers may have kept it.
+def require_unkept(name: str, files: Sequence[File]) -> None:
+    """Refuse data that changed since a plug-in was first loaded here: somebody may have kept it.
 
-    The file is executed anew, and the modules that it imports are not.
+    The file is executed anew, and the modules that it imports, whosever they are, are not.
 
     Args:
         name: The part, as the user wrote it.
         files: All that it is hashed by.
-        before: Names of the modules that were in memory before it was loaded.
 
     Raises:
-        SpecError: It has such helpers.
+        SpecError: Its data is not what it was.
     """
-    helpers = sorted(before & {*_packages_of(files)})
     data = {str(path): path for _, path in files if path.suffix not in _IMPORTABLE}
     now = files_digest(data.items())
-    if _NAMED.setdefault((name, *sorted(data)), now) != now and helpers:
+    if _NAMED.setdefault((name, *sorted(data)), now) != now:
         raise SpecError(
-            f"{name}: {helpers[0]} is in memory as it was before {' or '.join(data)} was written",
+            f"{name}: this process may hold what {' or '.join(data)} was before it was written",
             remedy="Start again in a new process (a notebook: a new kernel).",
         )
 

@@ -359,7 +359,7 @@ def _from_file(
             raise
         known = _remember((str(path), attribute, digest), name, module, is_nameable)
     require_executed(name, own_imports(files), before, code)
-    require_unkept(name, code, before)
+    require_unkept(name, code)
     return known if known.name == name else Part(known.obj, name, digest, known.version)
 
 

@@ -525,7 +525,14 @@ def _base(path: Path, base: str, where: SourceLocation, *, is_scenario: bool) ->
         known = scenario_files(shipped(SCENARIOS))
         if base in known:
             return known[base]
-    return _beside(path, name, where)
+    found, theirs = _beside(path, name, where), path.resolve().parent / name
+    if _is(Path.is_file, theirs) and theirs.resolve() != found.resolve():
+        raise SpecError(
+            f"{path} leads to another folder, and {shown(name)} beside it is not the one there",
+            where=where,
+            remedy=f"Use {shown(_as_named_in(path, path.parent / 'x'))} by its own path.",
+        )
+    return found
 
 
 def merge(base: Any, override: Any) -> Any:

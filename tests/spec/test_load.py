@@ -163,6 +163,17 @@ def test_link_to_an_odd_means_no_other_files_than_it_leads_to(tmp_path: Path) ->
     assert load_odd(beside).odd.spec.odd == "motorway_chauffeur"
 
 
+def test_link_extends_no_other_file_than_it_leads_to(tmp_path: Path) -> None:
+    for folder in ("theirs", "ours"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "base.yaml").write_text(BASE)
+    link = tmp_path / "ours" / "heir.yaml"
+    (tmp_path / "theirs" / "heir.yaml").write_text("extends: base\nscenario: heir\n")
+    link.symlink_to("../theirs/heir.yaml")
+    caught = refused(SpecError, load_scenario, link, says="leads to another folder")
+    assert "Use '../theirs/heir.yaml' by its own path" in str(caught)
+
+
 def test_scenario_extends_one_of_the_package_that_is_not_beside_it(write: Any) -> None:
     loaded = load_scenario(write("mine", "extends: motorway_bay\nscenario: mine\ntitle: Mine\n"))
     assert loaded.spec.title == "Mine"
