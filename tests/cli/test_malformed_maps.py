@@ -200,13 +200,14 @@ for path in sorted(Path().glob("*.xodr")):
 
 @pytest.mark.skipif(sys.platform != "linux", reason="memory is read from /proc")
 def test_no_malformed_map_takes_much_memory_or_time(folder: Path) -> None:
-    (folder / "-.xodr").write_bytes(SMALL[: len(SMALL) // 2])
+    (folder / "+.xodr").write_bytes(SMALL[: len(SMALL) // 2])
     for number, (_, content, _) in enumerate(FLAWS):
         (folder / f"{number}.xodr").write_bytes(content)
     ended = python("-c", MEASURED, cwd=folder)
     rows = [line.split() for line in ended.stdout.splitlines()]
     assert len(rows) == len(FLAWS) + 1, ended.stderr
     assert {code for _, code, _, _ in rows} == {"2"}
+    assert ended.stderr.count("SpecError: ") == len(rows)
     # What the first imports is counted with it: it is one more than those that are looked at.
     counted = {name: (float(seconds), int(peak)) for name, _, seconds, peak in rows}
     names = {str(number): what for number, (what, _, _) in enumerate(FLAWS)}
