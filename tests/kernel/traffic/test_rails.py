@@ -267,6 +267,7 @@ def test_gaps_run_along_the_drivers_own_lane() -> None:
 SUMO = {
     "lane end": {"passed": 40, "flow_per_h": 1283.0, "queue": 25, "time_s": 92.0},
     "bend": {"passed": 30, "flow_per_h": 1238.0, "queue": 17, "time_s": 72.0},
+    "two ramps": {"passed": 52, "flow_per_h": 2009.0, "queue": 20, "time_s": 83.0},
 }
 
 
