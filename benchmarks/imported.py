@@ -3,11 +3,11 @@
 *Rails* is a vehicle step of reactive traffic beside one on a straight road, there in the arithmetic
 that is taken unless somebody says otherwise (``reference``) and in the ``fast`` one, counted as
 ``rails.py`` does: once with all runs at one place, once with a place for each, whose lines and
-lanes do not stay in the cache. *Simulation* is a step of a run of the whole closed loop,
-what prepares it included: an ego behind a lead that brakes, every run at its own place. All places
-are of the shipped map of a motorway with ramps; how many lanes a map has beside is nothing to a
-run, for the road of a place is content. CPU time of one thread, rounds interleaved, as many runs
-on both roads; the ratio is what counts.
+lanes do not stay in the cache, of the shipped map of a motorway with ramps and of one of at least
+1,000 lanes. *Simulation* is a step of a run of the whole closed loop, what prepares it included: an
+ego behind a lead that brakes, every run at its own place of the shipped map. How many lanes a map
+has is nothing to a run, for the road of a place is content. CPU time of one thread, rounds
+interleaved, as many runs on all roads; the ratio is what counts.
 
     python benchmarks/imported.py            the whole measurement
     python benchmarks/imported.py --smoke    one short round, to see that it works
@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import statistics
 import sys
+import tempfile
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -25,6 +26,7 @@ from typing import TYPE_CHECKING, Any
 from closed_loop import LANES, Size, reactive_case, scenario, test_cases
 from rails import cost_of, on_road
 from support.command import drive, ratios, spread
+from support.wide_map import MAP, write_wide
 
 from adeye.kernel.strips import STRIP_LANE
 from adeye.maps.carriageway import Lanes
@@ -38,15 +40,15 @@ if TYPE_CHECKING:
 
     from adeye.sweep.case import TestCase
 
-MAP = Path(__file__).resolve().parent.parent / "scenarios_db" / "maps" / "ramp.xodr"
 BEFORE_M, AFTER_M, EGO_M = 100.0, 1400.0, 100.0
 RUNS, RAIL_RUNS = 100, 512
+MANY_LANES = 1_000
 
 
-def roads() -> list[Road]:
-    """Return the roads of all places of the map that have enough lanes all along."""
-    lanes = Lanes.of(read_map(MAP)[0])
-    found = places_of(lanes, MAP.stem, Asked("carriageway", BEFORE_M, AFTER_M)).places
+def roads(path: Path) -> list[Road]:
+    """Return the roads of all places of a map that have enough lanes all along."""
+    lanes = Lanes.of(read_map(path)[0])
+    found = places_of(lanes, path.stem, Asked("carriageway", BEFORE_M, AFTER_M)).places
     laid = [Road.model_validate(PlaceRoad(place).content) for place in found]
     return [road for road in laid if all(own_lanes(strips) >= LANES for _, strips in road.slabs)]
 
@@ -65,7 +67,11 @@ def loop_cost(cases: Sequence[TestCase]) -> float:
 
 def measure(rounds: int, smoke: bool) -> list[dict[str, Any]]:  # noqa: FBT001 - as drive calls it
     """Measure everything once a round."""
-    places = roads()
+    places = roads(MAP)
+    with tempfile.TemporaryDirectory() as name:
+        wide = Path(name) / "wide.xodr"
+        written = write_wide(wide, MANY_LANES)
+        many = roads(wide)
     runs, seconds = (8, 1.0) if smoke else (RUNS, 15.0)
     spec = scenario(2, seconds, EGO_M)
     straight = [replace(case, scenario=spec) for case in test_cases(Size(2, runs, seconds, 1))]
@@ -77,12 +83,15 @@ def measure(rounds: int, smoke: bool) -> list[dict[str, Any]]:  # noqa: FBT001 -
             size = Size(vehicles, 8 if smoke else RAIL_RUNS, seconds, 1)
             case = reactive_case(size)
             each = [on_road(case, places[k % len(places)]) for k in range(size.runs)]
-            one = cost_of(each[:1] * size.runs, size, "rails")
-            all_ = cost_of(each, size, "rails")
+            spots = {"one place": each[:1] * size.runs, "a place each": each}
+            spots[f"a place each of {written:,} lanes"] = [
+                on_road(case, many[k * len(many) // size.runs]) for k in range(size.runs)
+            ]
+            laid_on = {what: cost_of(cases, size, "rails") for what, cases in spots.items()}
             for kind in ("reference", "fast"):
                 other = cost_of([case] * size.runs, size, kind)
-                pairs[f"rails, {vehicles} vehicles, one place, {kind}"] = (one, other)
-                pairs[f"rails, {vehicles} vehicles, a place each, {kind}"] = (all_, other)
+                for what, mine in laid_on.items():
+                    pairs[f"rails, {vehicles} vehicles, {what}, {kind}"] = (mine, other)
         for what, pair in pairs.items():
             if number:
                 found.setdefault(what, []).append(pair)

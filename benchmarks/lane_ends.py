@@ -2,9 +2,9 @@
 
 Both have IDM with the same parameters, the same vehicles at the same places, and steps of 0.1 s. At
 the end of a lane 40 vehicles on two lanes become one row; in the bend 30 vehicles follow each other
-on one lane. *Flow* is that behind the narrow place; *queue* the most vehicles at once that drive at
-less than half of the speed that they want; *crawl* those of less than 5 m/s; *time* what the mean
-vehicle takes to get there.
+on one lane. Where two ramps come in a row, 12 vehicles on each join 28 on two lanes. *Flow* is that
+behind the narrow place; *queue* the most vehicles at once that drive at less than half of the speed
+that they want; *crawl* those of less than 5 m/s; *time* what the mean vehicle takes to get there.
 
 SUMO slows down for a limit of the bend, as it knows nothing of bends, and changes lanes by LC2013.
 Its drivers fit themselves together further upstream, at higher speeds: half as many crawl at the
@@ -31,7 +31,7 @@ import numpy as np
 
 from adeye.kernel.traffic import network as n
 from adeye.kernel.traffic import rails as k
-from benchmarks.support.rail_scenes import WIDTH, Car, Lines, lanes, lay
+from benchmarks.support.rail_scenes import WIDTH, Car, Lines, Strip, lanes, lay
 
 STEP_S = 0.1
 SECONDS = 240.0
@@ -50,12 +50,24 @@ class Place:
         edges: For SUMO: lanes, length [m] and limit [m/s] of each piece, one behind the other.
         cars: That come to it.
         behind: Where the flow is counted [m].
+        ramps: From where to which piece each leads that comes in from the right [m], and its limit
+            [m/s]; who starts in the rightmost lane is on one.
     """
 
     lines: Lines
     edges: tuple[tuple[int, float, float], ...]
     cars: tuple[Car, ...]
     behind: float
+    ramps: tuple[tuple[float, int, float], ...] = ()
+
+
+APART = Strip(WIDTH, WIDTH, way=0.0)
+"""Between a ramp and the lanes that it is not yet beside."""
+RAMPS = ((0.0, 1, 20.0), (900.0, 3, 8.0))
+
+
+def _ramp(limit: float) -> list[Strip]:
+    return [*lanes(0, limit=limit), APART, *lanes(1, 2)]
 
 
 PLACES = {
@@ -73,6 +85,31 @@ PLACES = {
         ((1, 1000.0, 60.0), (1, 100.0, BEND_MPS), (1, 900.0, 60.0)),
         tuple(Car(20.0 + 30.0 * i, 0.5 * WIDTH, 20.0, 25.0) for i in range(30)),
         1400.0,
+    ),
+    "two ramps": Place(
+        Lines(
+            [(2500.0, 0.0)],
+            [
+                (0.0, _ramp(RAMPS[0][2])),
+                (600.0, lanes(0, 1, 2)),
+                (850.0, lanes(1, 2)),
+                (900.0, _ramp(RAMPS[1][2])),
+                (1400.0, lanes(0, 1, 2)),
+                (1650.0, lanes(1, 2)),
+            ],
+        ),
+        ((2, 600.0, 60.0), (3, 250.0, 60.0), (2, 550.0, 60.0), (3, 250.0, 60.0), (2, 850.0, 60.0)),
+        tuple(
+            Car(20.0 + 20.0 * i, (i % 2 + 1.5) * WIDTH, 20.0, 25.0, timer=i * 0.37 % 1.0)
+            for i in range(28)
+        )
+        + tuple(
+            Car(begin + 40.0 * i, 0.5 * WIDTH, speed, 25.0, timer=i * 0.37 % 1.0)
+            for begin, speed in ((20.0, 15.0), (920.0, 8.0))
+            for i in range(12)
+        ),
+        1900.0,
+        RAMPS,
     ),
 }
 
@@ -128,10 +165,15 @@ def write_files(folder: Path, place: Place) -> None:
         for i, (count, _, limit) in enumerate(place.edges)
     )
     joined = "".join(
-        f'<connection from="e{i}" to="e{i + 1}" fromLane="{before[0] - 1}" '
-        f'toLane="{after[0] - 1}"/>'
+        f'<connection from="e{i}" to="e{i + 1}" fromLane="{before[0] - 1 - lane}" '
+        f'toLane="{after[0] - 1 - lane}"/>'
         for i, (before, after) in enumerate(zip(place.edges, place.edges[1:], strict=False))
+        for lane in range(min(before[0], after[0]))
     )
+    for i, (begin, into, limit) in enumerate(place.ramps):
+        nodes += f'<node id="m{i}" x="{begin}" y="-20"/>'
+        edges += f'<edge id="r{i}" from="m{i}" to="n{into}" numLanes="1" speed="{limit}"/>'
+        joined += f'<connection from="r{i}" to="e{into}" fromLane="0" toLane="0"/>'
     parts = {"nodes": ("nod", nodes), "edges": ("edg", edges), "connections": ("con", joined)}
     files = ["netconvert", "--no-internal-links", "--no-turnarounds"]
     for kind, (ending, text) in parts.items():
@@ -139,18 +181,28 @@ def write_files(folder: Path, place: Place) -> None:
     for option, what in zip("nexo", ("nod", "edg", "con", "net"), strict=True):
         files += [f"-{option}", f"road.{what}.xml"]
     subprocess.run(files, cwd=folder, check=True, capture_output=True)  # noqa: S603 - as written
-    names = " ".join(f"e{i}" for i in range(len(place.edges)))
+    pieces = [f"e{i}" for i in range(len(place.edges))]
+    ways = {"along": pieces} | {
+        f"ramp{i}": [f"r{i}", *pieces[into:]] for i, (_, into, _) in enumerate(place.ramps)
+    }
+    routes = "".join(f'<route id="{way}" edges="{" ".join(w)}"/>' for way, w in ways.items())
     kind = (
         '<vType id="car" carFollowModel="IDM" accel="3" decel="5" emergencyDecel="6" tau="1.5" '
         f'minGap="5" length="4.5" maxSpeed="{place.cars[0].desired}" speedDev="0"/>'
     )
     # SUMO's place is that of the front.
-    cars = "".join(
-        f'<vehicle id="{i}" type="car" route="along" depart="0" departLane="{int(car.d / WIDTH)}" '
-        f'departPos="{car.s + 0.5 * car.length}" departSpeed="{car.speed}" insertionChecks="none"/>'
-        for i, car in enumerate(place.cars)
-    )
-    text = f'<routes>{kind}<route id="along" edges="{names}"/>{cars}</routes>'
+    cars = ""
+    for i, car in enumerate(place.cars):
+        way, lane, begin = "along", int(car.d / WIDTH) - bool(place.ramps), 0.0
+        if lane < 0:
+            ramp = sum(begin <= car.s for begin, _, _ in place.ramps) - 1
+            way, lane, begin = f"ramp{ramp}", 0, place.ramps[ramp][0]
+        cars += (
+            f'<vehicle id="{i}" type="car" route="{way}" depart="0" departLane="{lane}" '
+            f'departPos="{car.s - begin + 0.5 * car.length}" departSpeed="{car.speed}" '
+            'insertionChecks="none"/>'
+        )
+    text = f"<routes>{kind}{routes}{cars}</routes>"
     (folder / "cars.rou.xml").write_text(text, "utf-8")
 
 

@@ -76,9 +76,10 @@ LINE_WIDTH: Final = 12
 RIGHT, RIGHT_SLOPE, LEFT, LEFT_SLOPE, BESIDE_RIGHT, BESIDE_LEFT = range(6, 12)
 ROW_WIDTH: Final = 12
 
-# Columns of a lane: its rows, its way, and from which to which u one may drive in it.
-FIRST, COUNT, WAY, FROM, TO = range(5)
-LANE_WIDTH: Final = 5
+# Columns of a lane: its rows, its way, from which to which u one may drive in it, and the number of
+# the slab that its first row lies in.
+FIRST, COUNT, WAY, FROM, TO, SLAB = range(6)
+LANE_WIDTH: Final = 6
 
 # Columns of a vehicle behind those of ``network``: its place beside the line; heading (never
 # wrapped) and curvature of the line there; speed along the line; half its extent along and across
@@ -89,7 +90,8 @@ D, TURN, CURVATURE, ALONG, HALF, HALF_ACROSS, OFFSET, BEGUN, EXTENT = range(
 VEHICLE_WIDTH: Final = n.VEHICLE_WIDTH + 9
 
 # Columns of its marks behind those of ``network``: the piece of the line and the row of its target
-# lane that it is in; its lanes as bits; its key. Line k of the last names the one with the k-th.
+# lane that it is in, of what others move the slab; its lanes as bits; its key. Line k of the last
+# names the one with the k-th.
 PIECE, ROW, LANES, KEY, BY_KEY = range(n.MARK_WIDTH, n.MARK_WIDTH + 5)
 MARK_WIDTH: Final = n.MARK_WIDTH + 5
 
@@ -242,6 +244,7 @@ def lay_lanes(
         way = strips[strip, st.STRIP_WAY]
         lanes[found, FIRST], lanes[found, COUNT], lanes[found, WAY] = first, written - first, way
         lanes[found, FROM], lanes[found, TO] = (low, high) if way > 0.0 else (-high, -low)
+        lanes[found, SLAB] = slab_of[strip]
         found += 1
     for strip in range(count):
         if lane_of[strip] >= 0:
@@ -402,11 +405,18 @@ def show_thing(rails: Rails, who: int, s: float, d: float, aslant: float, speed:
         if rails.lanes[lane, COUNT] == 0.0:
             break
         u = rails.lanes[lane, WAY] * s
-        row = rails.rows[find_row(rails.lanes, rails.rows, lane, s)]
+        # Of all lanes along the road few are where a body is: only those are searched.
+        if u < rails.lanes[lane, FROM] - vehicle[HALF] or u > rails.lanes[lane, TO] + vehicle[HALF]:
+            continue
+        first, slab = int(rails.lanes[lane, FIRST]), int(rails.lanes[lane, SLAB])
+        last = first + int(rails.lanes[lane, COUNT]) - 1
+        near = min(max(first + marks[ROW] - slab, first), last)
+        near = _walk(rails.rows, near, first, last, s)
+        marks[ROW] = near - first + slab
+        row = rails.rows[near]
         beyond = clip(s - row[BEGIN], 0.0, row[END] - row[BEGIN])
         if (
-            rails.lanes[lane, FROM] - vehicle[HALF] <= u <= rails.lanes[lane, TO] + vehicle[HALF]
-            and d + across > row[RIGHT] + row[RIGHT_SLOPE] * beyond
+            d + across > row[RIGHT] + row[RIGHT_SLOPE] * beyond
             and d - across < row[LEFT] + row[LEFT_SLOPE] * beyond
         ):
             bits |= 1 << lane
@@ -470,13 +480,16 @@ def _place(rails: Rails, who: int) -> None:
     vehicle[D] = d
     piece, curvature = rails.line[marks[PIECE]], vehicle[CURVATURE]
     way_on = s - piece[BEGIN]
-    # The chord of an arc points half-way between the headings of its ends.
-    sine, cosine = sin_cos(0.5 * curvature * way_on)
-    chord = way_on if curvature == 0.0 else 2.0 * sine / curvature
-    half_sine = piece[LINE_SINUS] * cosine + piece[LINE_COSINE] * sine
-    half_cosine = piece[LINE_COSINE] * cosine - piece[LINE_SINUS] * sine
-    end_sine = half_sine * cosine + half_cosine * sine
-    end_cosine = half_cosine * cosine - half_sine * sine
+    end_sine, end_cosine = half_sine, half_cosine = piece[LINE_SINUS], piece[LINE_COSINE]
+    chord = way_on
+    if curvature != 0.0:
+        # The chord of an arc points half-way between the headings of its ends.
+        sine, cosine = sin_cos(0.5 * curvature * way_on)
+        chord = 2.0 * sine / curvature
+        half_sine = piece[LINE_SINUS] * cosine + piece[LINE_COSINE] * sine
+        half_cosine = piece[LINE_COSINE] * cosine - piece[LINE_SINUS] * sine
+        end_sine = half_sine * cosine + half_cosine * sine
+        end_cosine = half_cosine * cosine - half_sine * sine
     vehicle[n.X] = piece[LINE_X] + chord * half_cosine - d * end_sine
     vehicle[n.Y] = piece[LINE_Y] + chord * half_sine + d * end_cosine
     heading = vehicle[TURN] if way > 0.0 else vehicle[TURN] + math.pi

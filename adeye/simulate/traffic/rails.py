@@ -58,10 +58,10 @@ def lay_rails(world: World, scene: Scene, vehicles: Floats, marks: Ints) -> Laid
         np.pad(vehicles, ((0, 0), (0, 0), (0, rails.VEHICLE_WIDTH - network.VEHICLE_WIDTH))),
         np.pad(marks, ((0, 0), (0, 0), (0, rails.MARK_WIDTH - network.MARK_WIDTH))),
     )
-    laid = Laid(own, np.array([roads[key] for key in keys]))
     own.vehicles[:, 0, rails.HALF_ACROSS] = 0.5 * context.ego_size[:, 1]
     own.vehicles[:, 1:, rails.HALF_ACROSS] = 0.5 * context.object_sizes[..., 1]
     own.marks[..., rails.KEY] = own.marks[..., rails.BY_KEY] = np.arange(marks.shape[1])
+    most_lanes = most_rows = 1
     for key, road in roads.items():
         run = keys.index(key)
         rails.lay_line(context.road.segments[run], RUN_OUT, own.line[road])
@@ -75,6 +75,12 @@ def lay_rails(world: World, scene: Scene, vehicles: Floats, marks: Ints) -> Laid
                 f"world.place: along the road {found} lanes begin, more than {rails.MOST_LANES}",
                 remedy="Ask for less of the road with before and after.",
             )
+        most_lanes = max(most_lanes, found)
+        ends = own.lanes[road, :found, rails.FIRST] + own.lanes[road, :found, rails.COUNT]
+        most_rows = max(most_rows, int(ends.max(initial=0.0)))
+    # Most strips are no lanes: without their room those of many roads lie closer together.
+    own = own._replace(lanes=own.lanes[:, :most_lanes].copy(), rows=own.rows[:, :most_rows].copy())
+    laid = Laid(own, np.array([roads[key] for key in keys]))
     everyone = np.ones(runs, dtype=np.bool_)
     places = scene.ego_place, scene.object_places
     show_placed(everyone, scene.ego, scene.objects, *places, laid)

@@ -238,6 +238,21 @@ def test_what_others_move_stands_in_every_lane_that_its_body_covers() -> None:
     assert rails.vehicles[:, k.ALONG] == pytest.approx([20.0, 20.0, -20.0])
 
 
+def test_what_jumps_stands_in_the_lanes_of_its_new_place() -> None:
+    tapers = [Strip(0.0, WIDTH, right_slope=0.02), Strip(WIDTH, 2.0 * WIDTH, left_slope=-0.01)]
+    slabs = [(0.0, lanes(1)), (200.0, lanes(0, 1)), *((s, tapers) for s in (400.0, 450.0, 500.0))]
+    lines = Lines(STRAIGHT, [*slabs, (600.0, lanes(1, 2)), (900.0, lanes(2))])
+    thing = Car(0.0, LEFT, 20.0, 20.0, role=n.PLACED)
+    rails, found = lay(lines, [thing]), set()
+    for s in (50.0, 950.0, 410.0, -20.0, 700.0, 460.0, 5000.0, 250.0, 595.0):
+        for d in (RIGHT, WIDTH - 0.95, WIDTH, LEFT, 2.5 * WIDTH):
+            k.show_thing(rails, 0, s, d, 0.0, 20.0)
+            fresh = lay(lines, [thing._replace(s=s, d=d)])
+            assert rails.marks[0, k.LANES] == fresh.marks[0, k.LANES], (s, d)
+            found.add(int(rails.marks[0, k.LANES]))
+    assert len(found) >= 4
+
+
 def test_gaps_run_along_the_drivers_own_lane() -> None:
     lines = Lines(BENT, TWO_LANES)
     rails = lay(lines, [Car(280.0, LEFT, 10.0, 10.0), Car(390.0, LEFT, 10.0, 10.0)])
@@ -252,6 +267,7 @@ def test_gaps_run_along_the_drivers_own_lane() -> None:
 SUMO = {
     "lane end": {"passed": 40, "flow_per_h": 1283.0, "queue": 25, "time_s": 92.0},
     "bend": {"passed": 30, "flow_per_h": 1238.0, "queue": 17, "time_s": 72.0},
+    "two ramps": {"passed": 52, "flow_per_h": 2009.0, "queue": 20, "time_s": 83.0},
 }
 
 
