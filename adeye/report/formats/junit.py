@@ -1,8 +1,10 @@
 """JUnit XML for CI: red exactly where the exit code is not 0.
 
-- One suite per architecture of the gate, one test case per mandatory FSR over all scenarios and one
-  per mandatory FSR and scenario. FAIL is a failure; every other state that is not PASS is an error,
-  also a cell that is missing or not applicable. Nothing is ever skipped.
+- One suite per architecture of the gate, one test case per mandatory FSR and scenario. FAIL is a
+  failure; every other state that is not PASS is an error, also a cell that is missing or not
+  applicable. Nothing is ever skipped.
+- What an FSR is over all scenarios stands in the suite's output. It is a test case of its own only
+  where no scenario is red for the same reason, so that a dashboard counts each failure once.
 - VACUOUS in one scenario is neutral while the FSR passes over all scenarios: that is what a fold
   over runs means. The suite's output lists it as not exercised there.
 - A FAIL that the gate sets aside is green; the suite's output lists it with the reason.
@@ -21,7 +23,7 @@ from adeye.judge.verdict import ExitCode, Verdict
 from adeye.report.formats.sarif import judged_in
 from adeye.report.gate.baseline import deciding
 from adeye.report.gate.decide import GateResult
-from adeye.report.model.report import Cell, Report
+from adeye.report.model.report import Architecture, Cell, Fsr, Report
 from adeye.report.templates import xml_file, xml_of
 from adeye.report.words import printable, quantity
 
@@ -50,6 +52,7 @@ def render_junit(report: Report, result: GateResult | None = None) -> bytes:
         created=report.created or EPOCH,
         red=lambda code: _KINDS.get(code, "error"),
         judged_in=judged_in,
+        stands_alone=_stands_alone,
         verdict=_verdict_word,
         state=_state,
         token=_token,
@@ -63,6 +66,16 @@ def render_junit(report: Report, result: GateResult | None = None) -> bytes:
         ):
             suite.set(count, str(len(suite.findall(cases))))
     return xml_file(root)
+
+
+def _stands_alone(report: Report, fsr: Fsr, architecture: Architecture) -> bool:
+    """Whether no test case of a scenario says already what an FSR is over all of them."""
+    overall = report.cell(fsr.id, architecture.id)
+    cells = [report.cell(fsr.id, architecture.id, item.id) for item in judged_in(report, fsr)]
+    if overall is not None and overall.in_gate is Verdict.PASS:
+        return not cells
+    red = {_verdict_word(cell) for cell in cells if cell is None or not cell.is_set_aside}
+    return _verdict_word(overall) not in red
 
 
 def _verdict_word(cell: Cell | None) -> str:
