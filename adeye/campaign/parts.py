@@ -10,7 +10,7 @@ from __future__ import annotations
 import os
 import re
 import threading
-from collections.abc import Container, Iterable, Iterator, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 from functools import wraps
@@ -52,7 +52,7 @@ from adeye.spec.channels import (
     PolicyChannel,
 )
 from adeye.spec.document import Loc, texts_in
-from adeye.spec.programs import Plant
+from adeye.spec.programs import FmuUse, Plant
 from adeye.spec.quantity import IDENTIFIER
 from adeye.spec.sensors import FmuSensor, PluginSensor
 from adeye.store.plugin_metrics import is_free
@@ -200,6 +200,7 @@ def _files(loaded: Loaded[Architecture]) -> Iterator[ReadFile]:
         name = ".".join(place)
         with placed(loaded.locate((*place, "file")), f"{name}: "):
             yield plugins.read_file(name, use.file, loaded.path.parent)
+        _require_in_fmu(loaded, place, use)
     for channel, spec in loaded.spec.channels.items():
         found: dict[Path, str] = {}
         for loc, name in _named(loaded.spec, channel):
@@ -217,6 +218,8 @@ def _files(loaded: Loaded[Architecture]) -> Iterator[ReadFile]:
             if len(found) == 1 and isinstance(spec, CommandChannel):
                 found[file.path] = spec.parameters.command[0]
             yield file
+        if isinstance(spec, FmuChannel):
+            _require_in_fmu(loaded, ("channels", channel, "parameters"), spec.parameters)
         if isinstance(spec, CommandChannel):
             _require_counted(loaded, channel, spec, found)
         # What Python finds beside its program is a part of it, listed or not.
@@ -227,19 +230,57 @@ def _files(loaded: Loaded[Architecture]) -> Iterator[ReadFile]:
             yield plugins.read_file(f"channels.{channel}", name, loaded.path.parent)
 
 
+def _require_in_fmu(loaded: Loaded[Architecture], place: Loc, use: FmuUse) -> None:
+    """Refuse start values of an FMU that mean files: it may read them, and no identity has them."""
+    words: list[tuple[Loc, str]]
+    words = [(("start", *loc), text) for loc, text in texts_in(use.start)]
+    remedy = "Put the file into the FMU, where its resources are."
+    _require_no_other_file(loaded, place, words, (), f"{'.'.join(map(str, place[:2]))}: ", remedy)
+
+
 def _require_counted(
     loaded: Loaded[Architecture], channel: str, spec: CommandChannel, counted: Container[Path]
 ) -> None:
     """Refuse words and values that mean files which no identity has: results would be reused."""
     words: list[tuple[Loc, str]]
-    words = [(("command", at), word) for at, word in enumerate(spec.parameters.command) if at]
+    words = [
+        (("command", at), word)
+        for at, word in enumerate(spec.parameters.command)
+        if at and not word.startswith(HERE)
+    ]
     values = getattr(spec.parameters, "values", {})
-    words += [(("values", *loc), text) for loc, text in texts_in(values)]
+    words += [(("values", *loc), text) for loc, text in _words_in(values)]
+    _require_no_other_file(
+        loaded,
+        ("channels", channel, "parameters"),
+        words,
+        counted,
+        f"channel {channel}: ",
+        f"Name each file in files, or as a word {HERE}file of the command.",
+    )
+
+
+def _words_in(values: Mapping[str, object]) -> Iterator[tuple[Loc, str]]:
+    """Give the texts in free values, and keys that are paths."""
+    yield from texts_in(values)
+    for key, value in values.items():
+        if "/" in key:
+            yield (key,), key
+        if isinstance(value, Mapping):
+            yield from (((key, *loc), text) for loc, text in _words_in(value))
+
+
+def _require_no_other_file(
+    loaded: Loaded[Architecture],
+    place: Loc,
+    words: Iterable[tuple[Loc, str]],
+    counted: Container[Path],
+    whose: str,
+    remedy: str,
+) -> None:
     folder = loaded.path.parent
     for loc, word in words:
-        if word.startswith(HERE) and loc[0] == "command":
-            continue
-        named = {*_PARTED.split(word), word[word.find("/") :] if "/" in word else word}
+        named = {*_PARTED.split(word), word[word.find("/") :] if "/" in word else word, word}
         for name in sorted(named - {"", ".", ".."}):
             # A word that happens to be called as a folder at hand is none.
             places = [folder / name, *([Path(name)] if "/" in name or "." in name else [])]
@@ -247,9 +288,9 @@ def _require_counted(
                 _uncounted(path, counted) for path in places
             ):
                 raise SpecError(
-                    f"channel {channel}: {shown(word)} means a file or folder in no identity",
-                    where=loaded.locate(("channels", channel, "parameters", *loc)),
-                    remedy=f"Name each file in files, or as a word {HERE}file of the command.",
+                    f"{whose}{shown(word)} means a file or folder in no identity",
+                    where=loaded.locate((*place, *loc)),
+                    remedy=remedy,
                 )
 
 
@@ -258,7 +299,7 @@ def _uncounted(path: Path, counted: Container[Path]) -> bool:
     return os.path.exists(path) and path.resolve() not in counted  # noqa: PTH110
 
 
-_PARTED: Final = re.compile(r"[=:,@]|file://")
+_PARTED: Final = re.compile(r"""[=:,;@'"\s{}()\[\]]|file://""")
 """What stands before a name of a file in a word."""
 _OF_SYSTEM: Final = ("/usr/", "/opt/", "/bin/", "/lib/", "/lib64/", "/dev/", "/proc/")
 """Where installed software lies, which no identity has; its version belongs into ``version``."""

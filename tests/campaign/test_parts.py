@@ -293,11 +293,44 @@ def test_wrong_program_is_refused_where_it_is_written(project: Project) -> None:
         (("sh", "./own.py"), ("own.py",), "'own.py' is listed twice", "- own.py"),
         *(
             (("sh", "./own.py", word), (), "means a file or folder in no identity", f"- {word}")
-            for word in ("--of=./b.bin", "b.bin", "nets", "x:b.bin", f"-c{found}")
+            for word in ("--of=./b.bin", "b.bin", "nets", "x:b.bin", f"-c{found}", "x;b.bin")
         ),
     ):
         caught = refused(SpecError, process_parts, project, *command, files=files, says=message)
         assert line_of(project, caught) == line
+    says = "means a file or folder in no identity"
+    for word in (f'{{"net": "{found}"}}', f"--net='{found}'"):
+        refused(SpecError, process_parts, project, "sh", "./own.py", word, says=says)
+
+
+@pytest.mark.parametrize("way", ["key", "in a mapping", "in a list"])
+def test_values_of_a_program_name_no_file_that_is_in_no_identity(
+    project: Project, way: str
+) -> None:
+    (found := project.folder / "net.bin").touch()
+    (project.folder / "odd" / "architectures" / "drive.py").touch()
+    name = str(found)
+    values = {"key": {name: 1}, "in a mapping": {"of": {"net": {name: True}}}}
+    told = values.get(way, {"of": [name]})
+    parameters = {"command": ["python3", "./drive.py"], "values": told}
+    says = "means a file or folder in no identity"
+    refused(SpecError, with_nominal, project, kind="process", parameters=parameters, says=says)
+
+
+def test_start_values_of_an_fmu_name_no_file(project: Project) -> None:
+    (found := project.folder / "gain.txt").touch()
+    (file := project.folder / "odd" / "architectures" / "cruise.fmu").touch()
+    with project.edited(CANDIDATE) as candidate:
+        parameters = {
+            "file": f"./{file.name}",
+            "inputs": {"v": "ego.speed"},
+            "outputs": {"acceleration": "a", "steering_angle": "delta"},
+            "start": {"cfg": str(found)},
+        }
+        candidate["channels"]["nominal"].update(kind="fmu", parameters=parameters)
+    loaded = load_architecture(project.folder / CANDIDATE)
+    caught = refused(SpecError, lambda: [*delivered._files(loaded)], says="in no identity")
+    assert "its resources" in str(caught)
 
 
 # --- metrics from outside the package: measured, stored, judged, and part of a result
