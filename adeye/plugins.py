@@ -347,6 +347,8 @@ def _from_file(
     since, content, before = wall_time(), path.read_bytes(), frozenset(sys.modules)
     files = [(path.name, path)]
     digest = code_digest(code := with_imports(files), is_file=True)
+    # Before it is executed, too: what it reads then, it may keep.
+    require_unkept(name, code)
     known = _CACHE.get((str(path), attribute, digest))
     if known is None:
         module = _execute(name, path, content, digest, entering)

@@ -176,12 +176,18 @@ def process(package: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_data_that_somebody_may_have_kept_is_not_exchanged(folder: Path) -> None:
     source = READING.format(named='adeye_files = ["gain.txt"]')
     (folder / "alone.py").write_text(source)
+    with (folder / "alone.py").open("a") as code:
+        code.write("GAIN = Path(__file__).with_name('gain.txt').read_text()\n")
+        code.write("with Path(__file__).with_name('seen.txt').open('a') as seen:\n")
+        code.write("    seen.write(GAIN)\n")
     (folder / "gain.txt").write_text("1")
     assert load_part("./alone.py:Mine", folder).build().compute() == "1"
     (folder / "gain.txt").write_text("2")
     # A cache of the standard library is enough to keep it, such as linecache.
     with pytest.raises(SpecError, match=r"this process may hold what .*gain\.txt was before"):
         load_part("./alone.py:Mine", folder)
+    # Nor is it executed with what is refused, which it might keep.
+    assert (folder / "seen.txt").read_text() == "1"
     (folder / "gain.txt").write_text("1")
     assert load_part("./alone.py:Mine", folder).build().compute() == "1"
 

@@ -234,7 +234,7 @@ def _require_in_fmu(loaded: Loaded[Architecture], place: Loc, use: FmuUse) -> No
     """Refuse start values of an FMU that mean files: it may read them, and no identity has them."""
     words: list[tuple[Loc, str]]
     words = [(("start", *loc), text) for loc, text in texts_in(use.start)]
-    remedy = "Put the file into the FMU, where its resources are."
+    remedy = "Put the file into the resources of the FMU."
     _require_no_other_file(loaded, place, words, (), f"{'.'.join(map(str, place[:2]))}: ", remedy)
 
 
@@ -249,7 +249,8 @@ def _require_counted(
         if at and not word.startswith(HERE)
     ]
     values = getattr(spec.parameters, "values", {})
-    words += [(("values", *loc), text) for loc, text in _words_in(values)]
+    texts = [*texts_in(values), *_paths_as_keys(values)]
+    words += [(("values", *loc), text) for loc, text in texts]
     _require_no_other_file(
         loaded,
         ("channels", channel, "parameters"),
@@ -260,14 +261,15 @@ def _require_counted(
     )
 
 
-def _words_in(values: Mapping[str, object]) -> Iterator[tuple[Loc, str]]:
-    """Give the texts in free values, and keys that are paths."""
-    yield from texts_in(values)
-    for key, value in values.items():
-        if "/" in key:
-            yield (key,), key
-        if isinstance(value, Mapping):
-            yield from (((key, *loc), text) for loc, text in _words_in(value))
+def _paths_as_keys(content: Any, loc: Loc = ()) -> Iterator[tuple[Loc, str]]:
+    """Give every key of a content that may be a path, with its place."""
+    if isinstance(content, Mapping):
+        yield from (((*loc, key), key) for key in content if "/" in key)
+        for key, item in content.items():
+            yield from _paths_as_keys(item, (*loc, key))
+    elif isinstance(content, list | tuple):
+        for at, item in enumerate(content):
+            yield from _paths_as_keys(item, (*loc, at))
 
 
 def _require_no_other_file(

@@ -530,7 +530,7 @@ def _base(path: Path, base: str, where: SourceLocation, *, is_scenario: bool) ->
         raise SpecError(
             f"{path} leads to another folder, and {shown(name)} beside it is not the one there",
             where=where,
-            remedy=f"Use {shown(_as_named_in(path, path.parent / 'x'))} by its own path.",
+            remedy=f"Use {shown(_as_named_in(path, path))} by its own path.",
         )
     return found
 

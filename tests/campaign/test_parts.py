@@ -303,16 +303,20 @@ def test_wrong_program_is_refused_where_it_is_written(project: Project) -> None:
         refused(SpecError, process_parts, project, "sh", "./own.py", word, says=says)
 
 
-@pytest.mark.parametrize("way", ["key", "in a mapping", "in a list"])
+@pytest.mark.parametrize("way", ["key", "in a mapping", "in a list", "in a list of mappings"])
 def test_values_of_a_program_name_no_file_that_is_in_no_identity(
     project: Project, way: str
 ) -> None:
     (found := project.folder / "net.bin").touch()
     (project.folder / "odd" / "architectures" / "drive.py").touch()
     name = str(found)
-    values = {"key": {name: 1}, "in a mapping": {"of": {"net": {name: True}}}}
-    told = values.get(way, {"of": [name]})
-    parameters = {"command": ["python3", "./drive.py"], "values": told}
+    values: dict[str, dict[str, Any]] = {
+        "key": {name: 1},
+        "in a mapping": {"of": {"net": {name: True}}},
+        "in a list": {"of": [name]},
+        "in a list of mappings": {"of": [{name: 1}]},
+    }
+    parameters = {"command": ["python3", "./drive.py"], "values": values[way]}
     says = "means a file or folder in no identity"
     refused(SpecError, with_nominal, project, kind="process", parameters=parameters, says=says)
 
@@ -330,7 +334,7 @@ def test_start_values_of_an_fmu_name_no_file(project: Project) -> None:
         candidate["channels"]["nominal"].update(kind="fmu", parameters=parameters)
     loaded = load_architecture(project.folder / CANDIDATE)
     caught = refused(SpecError, lambda: [*delivered._files(loaded)], says="in no identity")
-    assert "its resources" in str(caught)
+    assert "Put the file into the resources" in str(caught)
 
 
 # --- metrics from outside the package: measured, stored, judged, and part of a result
