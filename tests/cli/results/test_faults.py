@@ -11,7 +11,7 @@ from unittest.mock import Mock
 
 import pytest
 
-from adeye.campaign import studies
+from adeye.campaign.studies import forks
 from adeye.cli import progress
 from adeye.errors import IntegrityError
 from tests.noisy import CONFIRM, noisy_project
@@ -89,7 +89,7 @@ def test_progress_is_shown_on_a_terminal_only_and_never_when_quiet(
 
 def test_altered_prefix(adeye: Any, db: str, run: str, monkeypatch: pytest.MonkeyPatch) -> None:
     refuse = Mock(side_effect=IntegrityError("the fork differs before its tick"))
-    monkeypatch.setattr(studies.forks, "_require_same_prefix", refuse)
+    monkeypatch.setattr(forks, "_require_same_prefix", refuse)
     done = adeye("fork", run, "--from", "40", "--authority", "safety", "--db", db)
     assert done.code == 4
     assert "differs" in done.err
