@@ -85,6 +85,7 @@ def doctor(requirements: bool = False, db: Db = None, json: Json = False) -> Non
         check_database(db),
         check_compiled_code(),
         check_self_test(db),
+        _programs(),
         _processors(),
         _terminal(),
     ]
@@ -163,6 +164,15 @@ def check_self_test(db: str | None) -> Check:
     if found is None:
         return Check("self-test", True, NOT_RUN)
     return Check("self-test", found.is_good, found.text)
+
+
+def _programs() -> Check:
+    from adeye.simulate.bridges.warden import has_landlock
+
+    text = "any file: this system has no Landlock"
+    if has_landlock():
+        text = "counted files and installed software (Landlock)"
+    return Check("programs can read", True, text)
 
 
 def _processors() -> Check:

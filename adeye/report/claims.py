@@ -158,12 +158,13 @@ def _partly(
 ) -> Iterator[str]:
     """Say of which points bounds are not, where an FSR is not judged on all of a scenario."""
     told: dict[tuple[str, int, int], list[str]] = {}
-    for item in found:
-        count = counts.get((item.fsr, item.architecture, item.scenario))
-        if count is not None and not item.refusal and count.points < count.everywhere:
-            told.setdefault((item.scenario, count.points, count.everywhere), []).append(item.fsr)
+    bounded = {(item.fsr, item.architecture) for item in found if not item.refusal}
+    refused = {(item.fsr, item.architecture, item.scenario) for item in found if item.refusal}
+    for key, count in counts.items():
+        if count.points < count.everywhere and key[:2] in bounded and key not in refused:
+            told.setdefault((key[2], count.points, count.everywhere), []).append(key[0])
     for (scenario, points, everywhere), fsrs in told.items():
-        yield _TEXTS["partly"].format(
+        yield _TEXTS["partly" if points else "outside"].format(
             scenario=scenario,
             fsrs=", ".join(dict.fromkeys(fsrs)),
             points=points,
@@ -232,11 +233,13 @@ class _Claimer:
         self._severity = severities(self._compared.verdict)
         trace = self._compared.trace
         self._is_repeated = np.bincount(trace[trace >= 0], minlength=1).max() > 1
-        self._status = [
+        applicable = [
             item
             for item in repository.fsr_status(campaign.id)
-            if item.scenario and item.is_applicable and item.planned
+            if item.scenario and item.is_applicable
         ]
+        self._status = [item for item in applicable if item.planned]
+        self._outside = [item for item in applicable if not item.planned]
         names = self._compared.scenario.words
         self._designs = {name: design_statement(odd, name, campaign.factors) for name in names}
         self._exposures = {name: use.get("exposure") for name, use in uses_of(odd).items()}
@@ -267,6 +270,9 @@ class _Claimer:
                 strata = {name: counts[*pair, name] for name in sampled[pair]}
                 if len(strata) > 1:
                     found.append(self._weighted(about, strata, level))
+        for item in self._outside:
+            key = (item.fsr, item.architecture, item.scenario)
+            counts[key] = self._counts(*key)
         return Claims.of(
             options,
             campaign=self._campaign.id,
@@ -302,8 +308,9 @@ class _Claimer:
             compared.architecture.codes == _code(compared.architecture.words, architecture)
         )
         rows = planned & (compared.verdict[:, column] >= 0)
+        everywhere = len(np.unique(self._units[planned]))
         if not rows.any():
-            return _Counts(0, 0, 0, 0)
+            return _Counts(0, 0, 0, 0, everywhere)
         groups = Groups.of(self._units[rows])
         worst = groups.worst(self._severity[rows, column])
         exercised = groups.worst((compared.verdict[rows, column] != VACUOUS).astype(np.int64))
@@ -320,7 +327,7 @@ class _Claimer:
             exercised=drawn - again if self._is_repeated else drawn,
             failing=int((worst == FAILED).sum()),
             undecided=int((worst == UNDECIDED).sum()),
-            everywhere=len(np.unique(self._units[planned])),
+            everywhere=everywhere,
             repeated=int(held.sum()) - len(results) if self._is_repeated else 0,
             drawn=drawn,
             results=results,

@@ -394,7 +394,8 @@ def _play(
 ) -> _Played:
     """Show a channel observations until it fails."""
     parameters = context.parameters[0]
-    channel: Any = make_channel(subject.kind, subject.base_dir, parameters)
+    files = getattr(subject.architecture.channels[subject.channel], "files", ())
+    channel: Any = make_channel(subject.kind, subject.base_dir, parameters, [files] * context.runs)
     commands: list[ControlCommand] = []
     try:
         channel.reset(context)

@@ -263,7 +263,8 @@ class ScenarioUse(q.Record):
     use: q.Identifier
     as_id: Annotated[q.Identifier | None, Field(alias="as")] = None
     """Another id for it, when the same scenario is used twice."""
-    exposure: Annotated[q.Frequency, Field(gt=0.0)] | None = None
+    exposure: Annotated[q.Frequency, Field(ge=1e-15)] | None = None
+    """How often situations of it occur; once in 30 million years is the least that counts."""
     faults: q.Many[FaultEntry] | None = None
     sweep: Sweep = Sweep()
     parameters: dict[str, Level] = {}

@@ -79,9 +79,12 @@ class Campaign:
         )
 
     def fsr_status(self, _campaign: str) -> Any:
-        known = {"fsr": "FSR-01", "architecture": "one", "is_applicable": True, "planned": 1}
+        known = {"fsr": "FSR-01", "architecture": "one", "is_applicable": True}
         told = {**known, "is_mandatory": True, "is_in_gate": self.is_in_gate}
-        return [SimpleNamespace(**told, scenario=name) for name in self.verdicts]
+        return [
+            SimpleNamespace(**told, scenario=name, planned=sum(word != "-" for word in points))
+            for name, points in self.verdicts.items()
+        ]
 
 
 def claims(campaign: Campaign, **options: Any) -> claimed.Claims:
@@ -389,3 +392,14 @@ def p_of_groups(wide: Bools, narrow: Bools, points: int, number: int) -> float:
     a = wide[shuffled("wide", number)[:points]].sum()
     b = narrow[shuffled("narrow", number)[:points]].sum()
     return float(stats.fisher_exact([[a, points - a], [b, points - b]]).pvalue)
+
+
+def test_points_on_the_other_side_of_the_odd_are_told_also_where_none_is_left() -> None:
+    exposures = dict.fromkeys("abc", 1.0)
+    points = {"a": ["PASS"] * 9, "b": ["PASS"] * 5 + ["-"] * 2, "c": ["-"] * 4}
+    found = claims(Campaign(points, exposures=exposures))
+    assert [item.scenario for item in found.claims] == ["a", "b", ""]
+    said = " ".join(" ".join(text.split()) for text in found.conditions)
+    assert "b: FSR-01 only for the 5 of 7 points that lie on its side of the ODD" in said
+    assert "c: FSR-01 for none of the 4 points" in said
+    assert "over all situations of these scenarios that an FSR is judged in" in said

@@ -241,13 +241,19 @@ class Cases:
         return records.Tally(failed=failed, passed=passed, vacuous=vacuous, undecided=undecided)
 
     def _worst(self, mask: Bools) -> tuple[float | None, str]:
-        counts = mask & np.isin(self.verdict, (PASS, FAIL, INCONCLUSIVE))
-        known = np.where(counts & np.isfinite(self.margin), self.margin, np.inf)
-        place = int(known.argmin())
-        if not np.isfinite(known[place]):
-            failing = np.flatnonzero(mask & self.failed).tolist()
-            return None, self.result[failing[0]] if failing else ""
-        return float(known[place]), self.result[place]
+        """Return margin and run of the worst as ``views.WORST_FIRST`` has it; nothing for none."""
+        rows = np.flatnonzero(mask & np.isin(self.verdict, (PASS, FAIL, INCONCLUSIVE))).tolist()
+
+        def place(row: int) -> tuple[bool, bool, float, str]:
+            is_known, held = bool(np.isfinite(self.margin[row])), self.verdict[row] != FAIL
+            margin = float(self.margin[row]) if is_known else 0.0
+            return bool(held), is_known != held, margin, self.result[row]
+
+        worst = min(rows, key=place, default=None)
+        if worst is None or not (np.isfinite(self.margin[worst]) or self.failed[worst]):
+            return None, ""
+        margin = float(self.margin[worst])
+        return margin if np.isfinite(margin) else None, self.result[worst]
 
     def _separations(self) -> Iterator[records.Separation]:
         """Give the best box, then those that hold apart what the ones before it do not."""

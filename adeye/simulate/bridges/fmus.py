@@ -89,6 +89,7 @@ class Fmus:
         uses: Sequence[FmuUse],
         wired: Sequence[Wired],
         starts: Sequence[Mapping[str, Any]] | None = None,
+        reads: Sequence[Sequence[Path]] = (),
     ) -> None:
         """Start the program of every run; what they say of it is read by ``greet``.
 
@@ -96,6 +97,7 @@ class Fmus:
             uses: How the FMU of each run is used.
             wired: How it is wired.
             starts: Start values of each run beside those of its use.
+            reads: Files that it may read beside its own, of each run.
 
         Raises:
             PlatformError: The system lets no program be started.
@@ -109,7 +111,8 @@ class Fmus:
             for use, more in zip(uses, starts or [{}] * len(uses), strict=True)
         ]
         for run, use in enumerate(uses):
-            self._children.start(run, (), ceilings_of(use), use.run_deadline)
+            own = (wired[run].file, *(reads[run] if reads else ()))
+            self._children.start(run, (), ceilings_of(use), use.run_deadline, own)
 
     def greet(self) -> dict[int, Broken]:
         """Tell every program which FMU it drives; return those that do not."""

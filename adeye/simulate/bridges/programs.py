@@ -8,6 +8,7 @@ hangs.
 
 from __future__ import annotations
 
+import errno
 import json
 import math
 import os
@@ -16,14 +17,17 @@ import signal
 import socket
 import subprocess
 import sys
+import sysconfig
 import time
 import weakref
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from adeye.errors import PlatformError
+from adeye.simulate.bridges.warden import has_landlock
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -41,6 +45,7 @@ ERROR_TAIL: Final = 2_048
 and dropped."""
 _CHUNK: Final = 65_536
 _WARDEN: Final = Path(__file__).with_name("warden.py")
+_PACKAGE: Final = Path(__file__).parents[2]
 _SINGLE: Final = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 """A warden that reads a program has no threads, for it forks."""
 _CLOSING_S: Final = 3.0
@@ -161,7 +166,12 @@ class Children:
         )
 
     def start(
-        self, number: int, argv: Sequence[str], ceilings: Ceilings, patience: float = math.inf
+        self,
+        number: int,
+        argv: Sequence[str],
+        ceilings: Ceilings,
+        patience: float = math.inf,
+        reads: Sequence[Path] = (),
     ) -> None:
         """Start a program.
 
@@ -170,6 +180,8 @@ class Children:
             argv: Its path and its arguments.
             ceilings: What it is stopped at.
             patience: How long it may keep who asks waiting in all [s].
+            reads: Files that it may read beside installed software, by their resolved paths; where
+                the system can deny it others.
 
         Raises:
             PlatformError: Too many descriptors are open.
@@ -188,6 +200,7 @@ class Children:
             "argv": list(argv),
             "environment": _environment(),
             "limits": {name: getattr(ceilings, name) for name in Ceilings.__slots__},
+            "reads": _readable(argv[0] if argv else sys.executable, reads),
         }
         try:
             theirs = [theirs_in, theirs_out, theirs_err]
@@ -457,6 +470,8 @@ def _ended(child: _Child) -> Broken:
         return Broken(KILLED, "it had more processes than it may have", is_machine_dependent=True)
     lines = child.complaint.decode("utf-8", "replace").strip().splitlines()
     said = f": {lines[-1].strip()}" if lines else ""
+    if os.strerror(errno.EACCES) in said and has_landlock():
+        said += " (it reads files that are counted, and installed software)"
     if code < 0:
         # Processor time, and the memory of the machine, are not the program's alone.
         is_dependent = -code in {signal.SIGXCPU, signal.SIGKILL, signal.SIGTERM}
@@ -508,6 +523,44 @@ def _environment() -> dict[str, str]:
         "LC_ALL": "C.UTF-8",
         "TZ": "UTC",
     }
+
+
+_SYSTEM: Final = (
+    *("/bin", "/sbin", "/usr", "/opt", "/lib", "/lib32", "/lib64", "/libx32", "/etc"),
+    *("/dev", "/proc", "/sys", "/run", "/var/lib", "/var/cache", "/nix", "/gnu", "/snap"),
+)
+"""Where systems keep software and themselves."""
+_PROGRAMS: Final = {"bin", "sbin", "shims"}
+"""How folders of programs are called that belong to what is around them."""
+
+
+def _readable(program: str, files: Sequence[Path]) -> list[str]:
+    """List what a program may read: files, and where installed software lies.
+
+    Software is what the system has, what is on the PATH with what is around it, the Python of this
+    process and adeye itself; but no folder that one of the files lies in.
+
+    Args:
+        program: Its path, which is as if it were on the PATH.
+        files: By their resolved paths.
+    """
+    software = _software(program, os.environ.get("PATH", os.defpath))
+    mine = {Path("/"), Path.home(), *(folder for file in files for folder in file.parents)}
+    found = [*map(str, files), *(folder for folder in software if Path(folder) not in mine)]
+    inside = tuple(f"{folder}/" for folder in found)
+    return [path for path in found if not path.startswith(inside)]
+
+
+@lru_cache(maxsize=64)
+def _software(program: str, path: str) -> tuple[str, ...]:
+    """List the folders of software that are there."""
+    places = [Path(program), *(Path(folder, "x") for folder in path.split(os.pathsep) if folder)]
+    own = (sys.prefix, sys.base_prefix, *sysconfig.get_paths().values())
+    found = [*map(Path, (*_SYSTEM, *own)), _PACKAGE]
+    for place in places:
+        for folder in (place.parent, place.parent.resolve(), place.resolve().parent):
+            found += [folder, folder.parent] if folder.name in _PROGRAMS else [folder]
+    return tuple(dict.fromkeys(str(at) for at in found if at.is_absolute() and at.is_dir()))
 
 
 def _end_all(

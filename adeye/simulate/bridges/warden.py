@@ -8,10 +8,13 @@ kills them all and ends.
 A Python program of adeye's own may be read once by the warden, by ``prepare``, and be a fork of it
 from then on: what it imports is there already, and each fork is still a process for itself.
 
-One message is one line of JSON. It is told ``{"start": id, "argv", "environment", "limits"}`` with
-the three descriptors that become standard input, output and error, and ``{"end": id}``; it says
-``{"ended": id, "code": exit code or minus the signal, "why": ""}``, and ``{"stray": process}`` of
-what has left its session and outlives who started it.
+Where the system has Landlock, a program reads and executes what lies at or below the paths that it
+may read, and in its working folder; any other file that it opens is denied to it.
+
+One message is one line of JSON. It is told ``{"start": id, "argv", "environment", "limits",
+"reads"}`` with the three descriptors that become standard input, output and error, and ``{"end":
+id}``; it says ``{"ended": id, "code": exit code or minus the signal, "why": ""}``, and ``{"stray":
+process}`` of what has left its session and outlives who started it.
 """
 
 from __future__ import annotations
@@ -41,11 +44,65 @@ SWEEP_S = 1.0
 """Longest that the warden tries to kill what has survived, before it ends itself."""
 _SET_PDEATHSIG, _SET_CHILD_SUBREAPER, _SET_NO_NEW_PRIVS = 1, 36, 38  # linux/prctl.h
 _IS_LINUX = sys.platform == "linux"
+_LIBC = ctypes.CDLL(None, use_errno=True)
+_CREATE_RULESET, _ADD_RULE, _RESTRICT_SELF = 444, 445, 446  # landlock(7); alike on every machine
+_ASK_VERSION, _PATH_BENEATH = 1, 1  # linux/landlock.h
+_EXECUTE, _READ_FILE = 1 << 0, 1 << 2
 
 
 def _prctl(option: int, value: int) -> None:
     if _IS_LINUX:
-        ctypes.CDLL(None).prctl(option, value, 0, 0, 0)
+        _LIBC.prctl(option, value, 0, 0, 0)
+
+
+def landlock(number: int, *arguments: Any) -> int:
+    """Call one of the three calls of Landlock.
+
+    Raises:
+        OSError: The system does not have it, or refuses.
+    """
+    found: int = _LIBC.syscall(ctypes.c_long(number), *arguments)
+    if found < 0:
+        error = ctypes.get_errno()
+        raise OSError(error, os.strerror(error))
+    return found
+
+
+def has_landlock() -> bool:
+    """Return whether what a program reads can be confined on this system."""
+    if not _IS_LINUX:
+        return False
+    try:
+        return landlock(_CREATE_RULESET, None, ctypes.c_size_t(0), _ASK_VERSION) > 0
+    except OSError:
+        return False
+
+
+class _Beneath(ctypes.Structure):
+    """``struct landlock_path_beneath_attr``."""
+
+    _pack_ = 1
+    _fields_ = (("allowed_access", ctypes.c_uint64), ("parent_fd", ctypes.c_int32))
+
+
+def _confine(paths: list[str]) -> None:
+    """Let this process and what it starts read and execute nothing but what is at these paths.
+
+    Names, sizes and times of other files are still seen, and it may write where its user may.
+    """
+    handled = ctypes.c_uint64(_EXECUTE | _READ_FILE)
+    size = ctypes.c_size_t(ctypes.sizeof(handled))
+    rules = landlock(_CREATE_RULESET, ctypes.byref(handled), size, 0)
+    for path in paths:
+        try:
+            place = os.open(path, os.O_PATH | os.O_CLOEXEC)
+        except OSError:  # what is not there is not read
+            continue
+        rule = _Beneath(handled.value, place)
+        landlock(_ADD_RULE, rules, _PATH_BENEATH, ctypes.byref(rule), 0)
+        os.close(place)
+    landlock(_RESTRICT_SELF, rules, 0)
+    os.close(rules)
 
 
 def children(pid: int) -> list[int]:
@@ -272,6 +329,8 @@ def _become(
         ):
             _limit(kind, value)
         os.closerange(3, max(4096, *fds) + 1)
+        if has_landlock():
+            _confine([folder, *message["reads"]])
         environment = {**message["environment"], "HOME": folder, "TMPDIR": folder}
         if message["argv"]:
             os.execve(message["argv"][0], message["argv"], environment)  # noqa: S606 - no shell

@@ -28,7 +28,7 @@ from adeye.simulate.channels.trajectory.channel import TrajectoryChannel
 from adeye.supervision import guest
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Mapping, Sequence
     from pathlib import Path
 
     from adeye.ports import ChannelContext, ControlChannel
@@ -46,7 +46,7 @@ BUILT_IN: Final[Mapping[str, Callable[[], ControlChannel]]] = {
 POLICY: Final = "policy"
 """Kind of the channel that asks a policy from outside; it is contained like a plug-in."""
 
-HOSTED: Final[Mapping[str, Callable[[Path], ControlChannel]]] = {
+HOSTED: Final[Mapping[str, Callable[[Path, Sequence[Sequence[str]]], ControlChannel]]] = {
     "process": ProcessChannel,
     "remote": RemoteChannel,
     "fmu": FmuChannel,
@@ -55,7 +55,9 @@ HOSTED: Final[Mapping[str, Callable[[Path], ControlChannel]]] = {
 """Channels that are asked outside of this process, by kind; they contain what is done there."""
 
 
-def make_channel(kind: str, base_dir: Path, parameters: Any = None) -> ControlChannel:
+def make_channel(
+    kind: str, base_dir: Path, parameters: Any = None, files: Sequence[Sequence[str]] = ()
+) -> ControlChannel:
     """Make the channel of a kind; it has still to be reset with a context.
 
     A class with ``reset`` works on the batch; one without is made once per run.
@@ -66,6 +68,7 @@ def make_channel(kind: str, base_dir: Path, parameters: Any = None) -> ControlCh
         base_dir: Folder of the file that names a plug-in.
         parameters: Its parameter record, which may ask for another implementation of a kind; the
             default where it is missing.
+        files: Files that one of ``HOSTED`` says it reads, of each run.
 
     Returns:
         The channel. What a plug-in raises or answers is contained in it.
@@ -82,7 +85,7 @@ def make_channel(kind: str, base_dir: Path, parameters: Any = None) -> ControlCh
     if kind == POLICY:
         return GuardedChannel(PolicyChannel(base_dir))
     if kind in HOSTED:
-        return HOSTED[kind](base_dir)
+        return HOSTED[kind](base_dir, files)
     return plugin_channel(load_part(kind, base_dir))
 
 

@@ -20,7 +20,7 @@ from adeye.simulate.channels import corridor
 from adeye.simulate.channels.driving import channel_records, parameter_columns
 from adeye.simulate.channels.perception.pose import POSE_D, POSE_S, POSE_SPEED
 from adeye.simulate.channels.policy import Kinematics
-from adeye.simulate.channels.process.channel import HostedChannel
+from adeye.simulate.channels.process.channel import HostedChannel, counted_files
 from adeye.spec.channels import EGO_SIGNALS, SIGNALS, TrackingParameters
 from adeye.spec.programs import LEAD_SIGNALS, NEAREST, OBJECT_SIGNALS
 from adeye.units import Dimension
@@ -82,7 +82,8 @@ class FmuChannel(HostedChannel):
         self._wired = wire_each(uses, lambda use: wire_channel(use, self._base_dir))
         self._is_before = [use.master == "gauss_seidel" for use in uses]
         self._stepped = [math.nan] * context.runs
-        self._programs = self._fmus = Fmus(uses, self._wired)
+        reads = [counted_files((), self._files_of(run), self._base_dir) for run in range(len(uses))]
+        self._programs = self._fmus = Fmus(uses, self._wired, reads=reads)
         for run, broken in self._fmus.greet().items():
             self._fail(run, 0.0, broken)
 

@@ -179,7 +179,8 @@ class ChannelRack:
             if only is not None and name not in only:
                 continue
             delay = ticks(spec.delay, scene.step, f"channels.{name}.delay")
-            inner = make_channel(spec.kind, base_dir, spec.parameters)
+            files = [getattr(case.architecture.channels[name], "files", ()) for case in cases]
+            inner = make_channel(spec.kind, base_dir, spec.parameters, files)
             self._inner[name] = inner
             if watch.witness is not None and watch.witness.channel == name:
                 inner = WitnessedChannel(inner, spec.kind, watch.witness)

@@ -137,6 +137,14 @@ def test_what_is_no_pass_is_never_counted_as_one(project: Project) -> None:
     assert [level.tally.failed for level in site.table] == [18, 0, 0, 0, 0]
 
 
+def test_of_equal_margins_the_run_of_the_least_digest_is_the_worst(project: Project) -> None:
+    plan = project.plan()
+    rest = plan.cases[1:]
+    failing = [case for case in rest if case.fault_entry == rest[0].fault_entry]
+    told = planted(plan, lambda case: FAIL if case in failing else PASS)
+    assert told.run == min(case.digest for case in failing)
+
+
 def test_axis_of_a_fault_is_told_of_the_test_cases_that_have_it(project: Project) -> None:
     (use,) = SAFE["scenarios"]
     onset = "faults.front_camera_out.onset.at"

@@ -53,6 +53,7 @@ class Warden:
             "argv": [os.path.realpath(sys.executable), "-I", "-S", "-c", program],
             "environment": {"PATH": os.defpath},
             "limits": {**LIMITS, **limits},
+            "reads": ["/"],
         }
         line = json.dumps(message).encode() + b"\n"
         socket.send_fds(self.control, [line], [null, theirs, null])

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Final, Protocol
 import numpy as np
 
 from adeye.errors import SpecError
+from adeye.plugin_code import imports_beside
 from adeye.plugins import locate_file
 from adeye.signals import SILENT, ControlCommand, Observation
 from adeye.simulate.bridges.programs import INVALID_OUTPUT, Broken, Children, ceilings_of
@@ -41,6 +42,30 @@ HERE: Final = "./"
 def command_files(command: Sequence[str]) -> dict[int, str]:
     """Return the words of a command that name files of the project, by their place."""
     return {at: word for at, word in enumerate(command) if word.startswith(HERE)}
+
+
+def counted_files(command: Sequence[str], files: Sequence[str], base_dir: Path) -> tuple[Path, ...]:
+    """List all files that are in the identity of results with a program, as they are found.
+
+    They are those that its command or its channel names, and what the program imports beside it.
+
+    Args:
+        command: As the user wrote it; empty for none.
+        files: Files that the channel says it reads, as the user wrote them.
+        base_dir: Folder of the file that names them.
+
+    Raises:
+        SpecError: There is no such file, or it lies elsewhere.
+    """
+    names = (*command_files(command).values(), *files)
+    named = [locate_file(name, base_dir) for name in names]
+    beside = [
+        path
+        # The first word that names a file is the program or its script.
+        for at, file in enumerate(named)
+        for path in imports_beside(file, command[0] if command and not at else "")
+    ]
+    return tuple(dict.fromkeys((*named, *beside)))
 
 
 def find_program(command: Sequence[str], base_dir: Path) -> tuple[str, ...]:
@@ -127,13 +152,15 @@ class HostedChannel:
 
     monitor_ids: tuple[str, ...] = ()
 
-    def __init__(self, base_dir: Path) -> None:
-        """Remember where files are looked for.
+    def __init__(self, base_dir: Path, files: Sequence[Sequence[str]] = ()) -> None:
+        """Remember where files are looked for, and which are read.
 
         Args:
             base_dir: Folder of the file that names them.
+            files: Those that the channel says it reads, of each run; none where it is left out.
         """
         self._base_dir = base_dir
+        self._files = files
         self._failures = Failures("", 0)
         self._previous = no_command("", 0)
         self._programs: Programs | None = None
@@ -162,6 +189,10 @@ class HostedChannel:
         if self._programs is not None:
             self._programs.close()
             self._programs = None
+
+    def _files_of(self, run: int) -> tuple[str, ...]:
+        """Return which files the channel says it reads in a run."""
+        return tuple(self._files[run]) if self._files else ()
 
     def _begin(self, context: ChannelContext) -> None:
         """End the programs of the batch before, and forget its failures."""
@@ -195,14 +226,17 @@ class HostedChannel:
 class ProcessChannel(HostedChannel):
     """Asks the program of each run for a command at each tick."""
 
-    def __init__(self, base_dir: Path, before: Sequence[str] = ()) -> None:
-        """Remember where files are looked for.
+    def __init__(
+        self, base_dir: Path, files: Sequence[Sequence[str]] = (), before: Sequence[str] = ()
+    ) -> None:
+        """Remember where files are looked for, and which are read.
 
         Args:
             base_dir: Folder of the file that names them.
+            files: Those that the channel says it reads, of each run.
             before: Program that is given the command of the channel, to ask it by other means.
         """
-        super().__init__(base_dir)
+        super().__init__(base_dir, files)
         self._before = tuple(before)
 
     def reset(self, context: ChannelContext) -> None:
@@ -227,12 +261,13 @@ class ProcessChannel(HostedChannel):
     def _start(self) -> None:
         """Start the program of every run."""
         parameters: list[ProcessParameters] = self._parameters
-        commands = dict.fromkeys(item.command for item in parameters)
-        argvs = {item: find_program(item, self._base_dir) for item in commands}
+        uses = [(item.command, self._files_of(run)) for run, item in enumerate(parameters)]
+        argvs = {use: find_program(use[0], self._base_dir) for use in dict.fromkeys(uses)}
+        reads = {use: counted_files(*use, self._base_dir) for use in argvs}
         self._programs = self._children = Children()
-        for run, item in enumerate(parameters):
-            argv, most = (*self._before, *argvs[item.command]), item.run_deadline
-            self._children.start(run, argv, ceilings_of(item), most)
+        for run, (item, use) in enumerate(zip(parameters, uses, strict=True)):
+            argv, most = (*self._before, *argvs[use]), item.run_deadline
+            self._children.start(run, argv, ceilings_of(item), most, reads[use])
 
     def act(self, observation: Observation) -> ControlCommand:
         """Ask the program of every run that has not ended."""
