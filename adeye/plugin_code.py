@@ -632,6 +632,11 @@ def require_unwritten(name: str, files: Iterable[File], since: float) -> None:
     """
     for _, path in files:
         state = path.stat()
+        if state.st_mtime > wall_time():
+            raise SpecError(
+                f"{name}: {path} was written in the future, says its time",
+                remedy=f"touch {path}, and look at the clock of who wrote it.",
+            )
         if max(state.st_mtime, state.st_ctime) > since:
             raise SpecError(
                 f"{name}: {path} was written while it was being executed",

@@ -223,6 +223,13 @@ def test_package_that_somebody_else_loaded_and_left_alone_is_taken() -> None:
     assert load_part("bought.drive:Mine", Path()).obj.gain == 1
 
 
+def test_code_of_the_future_is_refused_with_its_cause(folder: Path) -> None:
+    path = folder / "late.py"
+    path.write_text("class Late: ...\n", "utf-8")
+    os.utime(path, (path.stat().st_atime, path.stat().st_mtime + 3600.0))
+    refused(SpecError, load_part, "./late.py:Late", folder, says="was written in the future")
+
+
 @pytest.mark.parametrize("name", ["slow.py:Slow", "slow:Slow"])
 def test_code_that_is_written_while_it_is_executed_is_refused(
     folder: Path, monkeypatch: pytest.MonkeyPatch, name: str

@@ -476,8 +476,15 @@ def _require_same_files(path: Path, merged: _Merged) -> None:
                     f"{shown(text)} is inherited from another folder, "
                     f"and would be {shown(str(ours))}",
                     where=where,
-                    remedy=f"Name {shown(_as_named_in(theirs, path))} in {path}.",
+                    remedy=_told_anew(text, theirs, path),
                 )
+
+
+def _told_anew(text: str, file: Path, heir: Path) -> str:
+    name = _as_named_in(file, heir)
+    if text.startswith("./") and name.startswith(".."):  # code lies in the folder of its file
+        return f"Copy {file.name} into {heir.parent}."
+    return f"Name {shown(name)} in {heir}."
 
 
 def _as_named_in(file: Path, heir: Path) -> str:
