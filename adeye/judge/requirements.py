@@ -202,9 +202,6 @@ def bound_of(requirement: Requirement, where: SourceLocation | None = None) -> B
         limit, text = requirement.constants[limit][0], value if isinstance(value, str) else None
     if text is not None:
         _check_unit(requirement, name, text, where)
-        unit = UNITS.get(METRICS[name].unit)
-        if unit is not None and limit is not None:
-            limit = limit * unit.denominator / unit.numerator
     is_lower = written.at_least is not None
     if limit is None or not math.isfinite(limit):
         raise _refusal(requirement, f"the bound is {limit}", where, "Give a finite number.")
@@ -217,11 +214,13 @@ def _check_unit(
     """Refuse a bound that was written with a unit of something else than its metric."""
     unit = METRICS[column].unit
     wanted, (_, found) = unit_exponents(unit), read_quantity(text)
-    if wanted == found and (unit in UNITS or found == Dimension.NONE.exponents):
+    known = UNITS.get(unit)
+    is_si = known is not None and known.numerator == known.denominator
+    if wanted == found and (is_si or found == Dimension.NONE.exponents):
         return
     remedy = "Write a plain number."
     measured = "is a plain number" if wanted == Dimension.NONE.exponents else f"is in {unit}"
-    if unit in UNITS:
+    if is_si:
         names = ", ".join(item for item, other in UNITS.items() if other.exponents == wanted)
         remedy = f"Write a plain number in {unit}, or one with a unit ({names})."
     what = f"{shown(text)} does not fit metric {column}, which {measured}"
