@@ -106,6 +106,37 @@ def test_nobody_touches_another(hours: int) -> None:
     assert stuck == 0
 
 
+def joining(draw: np.random.Generator) -> Rails:
+    """Return two ramps in a row that lead to a road of two lanes, with streams of any density."""
+    cars: list[Car] = []
+    for lane, begin, end, most in (
+        (1, 10.0, 800.0, 22.0),
+        (2, 10.0, 800.0, 22.0),
+        (0, 10.0, 560.0, 15.0),
+        (0, 910.0, 1360.0, 8.0),
+    ):
+        headway = float(draw.uniform(20.0, 60.0))
+        s = begin + float(draw.uniform(0.0, headway))
+        while s < end:
+            length, width = (12.0, 2.5) if draw.random() < 0.2 else (4.5, 1.8)
+            speed, desired, timer = draw.uniform((0.5 * most, 18.0, 0.0), (most, 33.0, 1.0))
+            car = Car(s, (lane + 0.5) * WIDTH, speed, desired, timer=timer)
+            cars.append(car._replace(length=length, width=width))
+            s += headway + length + float(draw.exponential(0.5 * headway))
+    return lay(PLACES["two ramps"].lines, cars)
+
+
+@pytest.mark.parametrize("hours", [10, pytest.param(500, marks=pytest.mark.slow)])
+def test_nobody_touches_another_where_two_ramps_join(hours: int) -> None:
+    draw, driven_s, left = np.random.default_rng(hours), 0.0, 0
+    while driven_s < 3600.0 * hours:
+        rails = joining(draw)
+        assert touching(rails, 3000, STEP) == 0
+        left += int((rails.vehicles[:, n.S] < PLACES["two ramps"].behind).sum())
+        driven_s += 300.0 * len(rails.vehicles)
+    assert left == 0
+
+
 # --- Motion along the line ------------------------------------------------------------------------
 
 
