@@ -15,6 +15,7 @@ from adeye.judge.verdict import Verdict
 from adeye.reporting import export_osi, handing_out, verdicts_of
 from adeye.sweep.case import TestCase
 from adeye.trace import Trace
+from tests.exchange.foxglove_rules import findings
 from tests.exchange.test_mcap import read
 from tests.exchange.test_osi import read as read_osi
 from tests.project import Executed
@@ -38,6 +39,7 @@ def test_run_is_written_in_every_form(done: Execution, tmp_path: Path) -> None:
     names = {"mcap": "r.mcap", "osi": "osi", "commonroad": "cr"}
     places: dict[str, Any] = {form: tmp_path / name for form, name in names.items()}
     handing_out(**places)(done)
+    assert findings(places["mcap"]) == []
     found = read(places["mcap"])
     assert len(found["/scene"]) == int(done.trace.length[0])
     said = [(log.name, log.message) for _, log in found["/events"]]
