@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO, Final
 
 from adeye.campaign import summary
-from adeye.campaign.replay import Execution, recorded, rerun
+from adeye.campaign.replay import Execution, recorded, rerun, rerun_together
 from adeye.campaign.run import Progress
 from adeye.campaign.stale import find_stale
 from adeye.errors import InputError, needing
@@ -608,15 +608,21 @@ def handing_out(
 
 
 def export_osi(
-    db: str | Path | None, campaign: str | None, folder: Path, runs: Sequence[str] = ()
+    db: str | Path | None,
+    campaign: str | None,
+    folder: Path,
+    runs: Sequence[str] = (),
+    *,
+    report: Callable[[Progress], None] | None = None,
 ) -> int:
-    """Write the runs of a campaign as traces of ASAM OSI; each is executed again.
+    """Write the runs of a campaign as traces of ASAM OSI; they are executed again, many at once.
 
     Args:
         db: Database, by default ``.adeye/adeye.db``.
         campaign: Id, its beginning or its number; None for the newest.
         folder: For the files, which takes the place of a former one.
         runs: Beginnings of result digests; none means every run that has a result.
+        report: Called with how many are written.
 
     Returns:
         How many runs there are.
@@ -629,13 +635,14 @@ def export_osi(
     write = _osi_writer(folder)
     with guarding(db, {"--osi": folder}), Repository.open(db, create=False) as repository:
         if runs:
-            refs = [repository.find_run(run) for run in dict.fromkeys(runs)]
+            named = [repository.find_run(run) for run in runs]
+            refs = list({ref.result_digest: ref for ref in named}.values())
         else:
             found = repository.find_campaign(campaign)
             refs = repository.hindsight.executed(found.id)
         with replacing_folder(folder) as place:
-            for ref in refs:
-                write(rerun(repository, ref), place)
+            for done in rerun_together(repository, refs, report):
+                write(done, place)
     return len(refs)
 
 

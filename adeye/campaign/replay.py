@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO, Final, TypeVar
 
 from adeye.campaign.parts import use_plugin_metrics
 from adeye.campaign.plan import folder_of_plugins, recreate
-from adeye.campaign.run import Progress
+from adeye.campaign.run import Progress, fitting
 from adeye.campaign.traces import kept_trace
 from adeye.campaign.work import WorkContext, evaluate, grouped, signals_of
 from adeye.errors import InputError, IntegrityError, UsageError, suggest
@@ -258,12 +258,18 @@ def rerun(repository: Repository, run: RunRef, dump: Dump | None = None) -> Exec
     case = recalled.case
     with _witness(dump, case) as witness:
         trace = recalled.work.drive([case], drawn=True, witness=witness)
+    return _execution(recalled, trace)
+
+
+def _execution(recalled: Recalled, trace: Trace) -> Execution:
+    """Judge the trace of a run that was executed again."""
+    case, work = recalled.case, recalled.work
     return Execution(
-        run=run,
+        run=recalled.run,
         stored=recalled.stored,
         case=case,
         trace=trace,
-        signals=signals_of(trace, [case], recalled.work.faults),
+        signals=signals_of(trace, [case], work.faults),
         evaluation=recalled.evaluate(trace, [case], recalled.uncertainty),
     )
 
@@ -523,6 +529,35 @@ def together(items: Iterable[T], recalled_of: Callable[[T], Recalled]) -> Iterat
         return structure_key(run.case), context
 
     return grouped(items, structure, MOST_TOGETHER)
+
+
+def rerun_together(
+    repository: Repository, runs: Sequence[RunRef], report: Report | None = None
+) -> Iterator[Execution]:
+    """Execute stored runs again, in batches of what fits into memory.
+
+    Args:
+        repository: The database.
+        runs: Runs that have a result, in any order.
+        report: Called with how many are done.
+
+    Yields:
+        Each as ``rerun`` gives it; in the order of the plan, but runs of one structure together.
+
+    Raises:
+        InputError: A run was planned, but not executed yet.
+        IntegrityError: A test case does not come out of the database as it went in.
+    """
+    counter = Counter("replay", len(runs), report)
+    for part in recalled_parts(repository, runs):
+        for group in together(part, lambda item: item):
+            most = max(1, fitting([item.case for item in group]))
+            for first in range(0, len(group), most):
+                batch = group[first : first + most]
+                trace = batch[0].work.drive([item.case for item in batch], drawn=True)
+                for run, item in enumerate(batch):
+                    yield _execution(item, trace.select([run]))
+                    counter.add(1)
 
 
 class Counter:

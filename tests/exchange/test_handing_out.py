@@ -2,15 +2,20 @@
 
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from adeye.campaign.replay import Execution, rerun
+from adeye.campaign.work import WorkContext
 from adeye.errors import InputError, UsageError
 from adeye.judge.verdict import Verdict
 from adeye.reporting import export_osi, handing_out, verdicts_of
+from adeye.sweep.case import TestCase
+from adeye.trace import Trace
+from tests.exchange.foxglove_rules import findings
 from tests.exchange.test_mcap import read
 from tests.exchange.test_osi import read as read_osi
 from tests.project import Executed
@@ -34,6 +39,7 @@ def test_run_is_written_in_every_form(done: Execution, tmp_path: Path) -> None:
     names = {"mcap": "r.mcap", "osi": "osi", "commonroad": "cr"}
     places: dict[str, Any] = {form: tmp_path / name for form, name in names.items()}
     handing_out(**places)(done)
+    assert findings(places["mcap"]) == []
     found = read(places["mcap"])
     assert len(found["/scene"]) == int(done.trace.length[0])
     said = [(log.name, log.message) for _, log in found["/events"]]
@@ -60,6 +66,39 @@ def test_campaign_is_exported_run_by_run(mini: Executed, done: Execution, tmp_pa
     assert export_osi(mini.db, None, tmp_path / "out", [run[:12], run[:12]]) == 1
     handing_out(osi=tmp_path / "one")(done)
     assert contents(tmp_path / "out") == contents(tmp_path / "one")
+
+
+def test_runs_are_executed_together_and_counted(
+    mini: Executed, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sizes: list[int] = []
+    drive = WorkContext.drive
+
+    def count(self: WorkContext, cases: Sequence[TestCase], **how: Any) -> Trace:
+        sizes.append(len(cases))
+        return drive(self, cases, **how)
+
+    monkeypatch.setattr(WorkContext, "drive", count)
+    with mini.opened() as (repository, campaign):
+        runs = repository.hindsight.executed(campaign.id)
+        names = [run.result_digest for run in runs if run.scenario == runs[0].scenario][:5]
+        alone = [rerun(repository, repository.find_run(name)) for name in names]
+    told: list[tuple[str, int, int]] = []
+    export_osi(
+        mini.db,
+        None,
+        tmp_path / "out",
+        names,
+        report=lambda state: told.append((state.phase, state.done, state.total)),
+    )
+    assert told == [("replay", done, 5) for done in range(6)]
+    assert max(sizes[5:]) > 1
+    assert sum(sizes[5:]) == 5
+    wanted: dict[str, bytes] = {}
+    for number, item in enumerate(alone):
+        handing_out(osi=tmp_path / f"one{number}")(item)
+        wanted |= contents(tmp_path / f"one{number}")
+    assert contents(tmp_path / "out") == wanted
 
 
 @pytest.mark.slow

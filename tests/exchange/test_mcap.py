@@ -10,10 +10,11 @@ import pytest
 from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
 
-from adeye.exchange.mcap import write_mcap
+from adeye.exchange.mcap import _stamp, write_mcap
 from adeye.exchange.view import Account, Remark, RunView
 from adeye.spec.sensors import Camera
 from adeye.trace import Trace
+from tests.exchange.foxglove_rules import findings
 from tests.exchange.handed import in_left_hand_traffic, with_camera, with_kinds
 from tests.judge.conftest import HandMade
 
@@ -237,3 +238,61 @@ def test_same_run_gives_the_same_bytes_in_order_of_time(made: HandMade, tmp_path
         times = [message.log_time for _, _, message in reader.iter_messages(log_time_order=False)]
     assert times == sorted(times)
     assert (times[0], times[-1]) == (0, 1_000_000_000)
+
+
+def of_everything(made: HandMade) -> Trace:
+    """Return a run with each kind of message, and with what has no number in most of them."""
+    made.columns["tracks"][0, 4, 1, :2] = [
+        [30.0, -3.0, 0.0, 5.0, 4.5, 1.8],
+        [9.0, 1.0, 0.0, 0.0, 0.0, 0.0],
+    ]
+    shape = (1, made.rows, 2, 3)
+    fan = np.full((*shape, 2, 2), np.nan, dtype=np.float32)
+    fan[0, 2:, 0, 0] = [[0.0, 0.0], [10.0, 1.0]]
+    costs = np.full(shape, np.nan, dtype=np.float32)
+    costs[0, 2:, 0, 0] = 5.0
+    made.columns |= {"candidates": fan, "candidate_costs": costs}
+    made.columns["chosen"] = np.zeros((1, made.rows, 2), dtype=np.int16)
+    made.set("acceleration", np.nan, rows=2, at=1).set("authority", -1, rows=2)
+    lidar = {"kind": "lidar", "fidelity": "physical", "range": 100.0, "field_of_view": 3.0}
+    mount = {"x": 1.0, "z": 1.5, "yaw": 0.2, "pitch": 0.1}
+    trace = with_camera(made.trace(), **lidar, mount=mount, rate=10.0)
+    points = np.full((1, made.rows, 1, 4, 2), np.nan, dtype=np.float32)
+    points[0, 5:, 0, :2] = [[1.5, 2.5], [3.25, -1.0]]
+    columns: dict[str, Any] = {**trace.columns, "points": points}
+    return replace(trace, columns=columns)
+
+
+def test_every_message_is_what_its_schema_and_a_viewer_need(made: HandMade, tmp_path: Path) -> None:
+    trace = of_everything(made)
+    for number, item in enumerate((trace, in_left_hand_traffic(trace))):
+        path = tmp_path / f"{number}.mcap"
+        write_mcap(RunView(item), ACCOUNT, path)
+        assert findings(path) == []
+        topics = {topic.rpartition("/")[2] for topic in read(path)}
+        assert {"points", "detections", "tracks", "candidates", "road", "tf_static"} <= topics
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "says"),
+    [
+        ("MAP", "world", "/tf: no way from 'base_link' to map"),
+        ("_DEFAULT_TRACK", 0.0, "/channel/safety/tracks at 400000000 ns: size of a cube"),
+        ("_DEFAULT_TRACK", np.nan, "/channel/safety/tracks at 400000000 ns: Vector3"),
+        ("_WHITE", (1.5, 0.0, 0.0, 1.0), "/road at 0 ns: colour"),
+        ("_LINE", 0.0, "/road at 0 ns: line of"),
+        ("quaternion", lambda *_: (0.0, 0.0, 0.0, 0.0), "/tf at 0 ns: rotation"),
+        ("_stamp", lambda time: _stamp(time + 0.2), "/tf at 0 ns: is stamped 200000000 ns"),
+    ],
+)
+def test_rules_of_a_viewer_find_what_is_broken(
+    made: HandMade,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    name: str,
+    value: Any,
+    says: str,
+) -> None:
+    monkeypatch.setattr(f"adeye.exchange.mcap.{name}", value)
+    write_mcap(RunView(of_everything(made)), ACCOUNT, tmp_path / "run.mcap")
+    assert any(text.startswith(says) for text in findings(tmp_path / "run.mcap"))

@@ -197,6 +197,28 @@ def test_files_are_named_as_osi_asks_for(made: HandMade, tmp_path: Path) -> None
     trace.close()
 
 
+def test_tools_of_asam_accept_the_files(made: HandMade, tmp_path: Path) -> None:
+    tools = pytest.importorskip("osi_utilities", reason="needs asam-osi-utilities")
+    names = written(made.trace(), tmp_path)
+    counts: dict[str, list[str]] = {}
+    for name in names:
+        is_single = name.endswith(".osi")
+        if is_single:
+            said = tools.parse_osi_trace_filename(name)
+            assert said["number_of_frames"] == int(name.split("_")[4])
+        reader = (
+            tools.SingleTraceReader()
+            if is_single
+            else tools.MultiTraceReader(skip_incompatible_messages=False)
+        )
+        with reader:
+            assert reader.open(tmp_path / name)
+            # Iterating raises at what it cannot read.
+            counts[name] = sorted(type(item.message).__name__ for item in reader)
+    truths, samples = 11 * ["GroundTruth"], 9 * ["SensorData"]
+    assert list(counts.values()) == [truths, samples, truths + samples]
+
+
 def test_same_run_gives_the_same_bytes(made: HandMade, tmp_path: Path) -> None:
     folders = [tmp_path / name for name in "ab"]
     for folder in folders:

@@ -14,6 +14,7 @@ import typer
 
 from adeye.cli import options as opt
 from adeye.cli import output as out
+from adeye.cli.progress import watching
 from adeye.errors import UsageError, amount, suggest
 from adeye.judge.verdict import Verdict, exit_of_verdict
 from adeye.outputs import replacing, write_atomically
@@ -305,6 +306,7 @@ def export(
     format: Annotated[FileFormat | None, opt.option("--format -f", env="EXPORT_FORMAT")] = None,
     table: Annotated[list[Table] | None, opt.option("--table -t")] = None,
     with_provenance: bool = False,
+    quiet: opt.Quiet = False,
 ) -> None:
     """Write a campaign as typed tables: runs, verdicts, events, status of the FSRs.
 
@@ -337,7 +339,8 @@ def export(
     if osi is not None:
         from adeye.reporting import export_osi
 
-        count = export_osi(db, campaign, osi, run or ())
+        with watching(quiet=quiet) as report:
+            count = export_osi(db, campaign, osi, run or (), report=report)
         out.wrote(osi)
         out.talk(f"{amount(count, 'run')} as traces of OSI")
     if output is None:
