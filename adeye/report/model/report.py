@@ -22,6 +22,7 @@ from adeye.report.model.assessment import Assessment, FaultEvidence
 from adeye.report.model.evidence import Impact, OddCoverage, StepUncertainty
 from adeye.report.model.part import Binding, Command, Count, Id, Label, Margin, Part, Place, agrees
 from adeye.report.page.replay import Replay, Undrawn
+from adeye.report.where.records import FailureMaps
 from adeye.spec.concept import RequirementAsil
 from adeye.store.read.totals import ChannelFailure
 
@@ -252,6 +253,8 @@ class Report(Part):
     factors: tuple[Factors, ...] = ()
     fsrs: tuple[Fsr, ...]
     cells: tuple[Cell, ...]
+    failing: FailureMaps | None = None
+    """Where FSRs fail, by the axes that matter most; None if none fails."""
     comparison: Comparison | None = None
     """Of campaigns with several architectures."""
     worst_cases: tuple[WorstCase, ...] = ()
@@ -315,7 +318,8 @@ class Report(Part):
         yield from _known("an architecture", [*suites, *failing, *self.contacts], architectures)
         claims = () if self.confidence is None else self.confidence.claims
         lines = () if self.step_uncertainty is None else self.step_uncertainty.lines
-        parts = (self.cells, self.worst_cases, self.dead_axes, self.metrics, self.replays)
+        maps = () if self.failing is None else self.failing.maps
+        parts = (self.cells, self.worst_cases, self.dead_axes, self.metrics, self.replays, maps)
         for field, what, known in (
             ("fsr", "an FSR", fsrs),
             ("architecture", "an architecture", architectures),

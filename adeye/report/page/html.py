@@ -321,6 +321,7 @@ STYLES: Final = (
     "faults.css",
     "verification.css",
     "evidence.css",
+    "where.css",
 )
 
 
@@ -386,6 +387,7 @@ def _fill(report: Report, packed: tuple[str, ...], *, is_of_run: bool) -> str:
         traced=lambda by: grouped(matrix_of(report, by), by),
         gsn=goal_structure(report),
         verdicts=list(Verdict),
+        fail=Verdict.FAIL,
         meanings=MEANINGS,
         serving=lambda goal: [fsr for fsr in report.fsrs if goal in fsr.goals],
         policy=_policy(script, style),
