@@ -288,6 +288,9 @@ class Cases:
                 for of in (self.failed, self.passed)
             )
             box = separate(self.codes[first], fails, passes, scales)
+            if not box.holds(self.codes).any():
+                # Few failures, which no box holds without more passes, are best told by none.
+                box = Box({}, is_inverse=False, is_exact=box.is_exact)
             inside = box.holds(self.codes)
             gained = int(
                 (open_ & inside & self.failed).sum() - (open_ & inside & self.passed).sum()

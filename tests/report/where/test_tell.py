@@ -103,6 +103,15 @@ def test_what_no_box_holds_is_told_by_several_with_what_each_misses(project: Pro
     assert (second.where, second.inside.failed, second.outside.failed) == (("gap == 20 m",), 9, 0)
 
 
+def test_failure_that_no_three_axes_hold_apart_has_no_condition(project: Project) -> None:
+    project.write("odd/tested.yaml", SAFE)
+    plan = project.plan()
+    site = planted(plan, lambda case: FAIL if case == plan.cases[0] else PASS)
+    (found,) = site.separations
+    assert (found.where, found.faults, found.keyword.count("=")) == ((), (), 2)
+    assert (found.inside.failed, found.inside.passed) == (1, len(plan.cases) - 1)
+
+
 def test_what_is_no_pass_is_never_counted_as_one(project: Project) -> None:
     project.write("odd/tested.yaml", SAFE)
     others = {24.0: INCONCLUSIVE, 28.0: INVALID, 32.0: VACUOUS, 40.0: NOT_RUN}
