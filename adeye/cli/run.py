@@ -9,7 +9,6 @@ import time
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
-from functools import partial
 from inspect import signature
 from itertools import groupby
 from pathlib import Path
@@ -261,8 +260,6 @@ def run(
     if pdb:
         _require_debuggable((workers, executor, scheduler), threads, json=json)
     was_told = not quiet and not is_cache_warm()
-    if was_told:
-        out.talk("Compiling for this machine; only the first run does, it takes half a minute.")
     hint = _resume_hint(odd, db, locals())
     session = opt.make_session(
         shard=shard,
@@ -277,7 +274,8 @@ def run(
     wanted = _wanted(traces)
     # Under a debugger nothing else is started, either.
     is_near = not pdb and (asked is None or not asked.address)
-    plan, aside = _plan(odd, backend, variant, is_near=is_near, quiet=quiet)
+    told = _COMPILING if was_told else ""
+    plan, aside = _plan(odd, backend, variant, is_near=is_near, quiet=quiet, told=told)
     if not (quiet or was_told or is_cache_warm(*plan.compiled_parts)):
         out.talk("Compiling sensors or channels that were not used before, for up to a minute.")
     lanes = parallel(plan, 1 if session.pace or pdb else threads, workers, executor)
@@ -483,20 +481,38 @@ def _wanted(traces: str) -> Wanted:
     raise UsageError(f"--traces is {traces!r}", remedy=suggest(traces, ("none", "failures", "all")))
 
 
+_COMPILING: Final = "Compiling for this machine; only the first run does, it takes half a minute."
+
+
 def _plan(
-    odd: Path, backend: str, variant: str | None, *, is_near: bool = True, quiet: bool
+    odd: Path,
+    backend: str,
+    variant: str | None,
+    *,
+    is_near: bool = True,
+    quiet: bool,
+    told: str = "",
 ) -> tuple[CampaignPlan, Processes[Part, bool] | None]:
     """Make the plan; tell which processes compile for it, unless this is done or one processor's.
 
-    On a first start they begin before the plan is read.
+    On a first start they begin before the plan is read. What is told of it is told when the files
+    are found to be right: whoever has to mend them is not to wait, nor to look for what is wrong
+    with the machine.
     """
     from adeye.campaign.warmup import begin_aside, compile_meanwhile
     from adeye.kernel.jit import is_cache_warm
 
     processors = usable_processors() if is_near else 1
     aside = begin_aside(processors) if processors > 1 and not is_cache_warm() else None
+
+    def begin(checked: CampaignPlan) -> None:
+        if told:
+            out.talk(told)
+        if aside is not None:
+            compile_meanwhile(checked, aside)
+
     try:
-        begun = None if aside is None else partial(compile_meanwhile, processes=aside)
+        begun = None if aside is None and not told else begin
         plan = opt.plan_of(odd, backend, variant, quiet=quiet, meanwhile=begun)
     except BaseException:
         if aside is not None:

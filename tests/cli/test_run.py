@@ -73,6 +73,8 @@ class Campaign:
 
     def make_plan(self, path: Path, **options: Any) -> Any:
         self.plans.append((path, options))
+        if options["meanwhile"] is not None:
+            options["meanwhile"](SimpleNamespace())
         return SimpleNamespace(
             notices=("an\x1b axis is dead",),
             expansion=SimpleNamespace(count=12),
@@ -180,7 +182,8 @@ def test_nothing_is_compiled_for_a_plan_that_is_refused(
     monkeypatch.setattr(adeye_jit, "is_cache_warm", lambda *_: False)
     refuse = Mock(side_effect=UsageError("no", remedy=""))
     monkeypatch.setattr("adeye.campaign.plan.make_plan", refuse)
-    assert adeye("run", "odd.yaml").code == 2
+    ended = adeye("run", "odd.yaml")
+    assert (ended.code, "Compiling" in ended.err) == (2, False)
     aside.abandon.assert_called_once_with()
 
 
