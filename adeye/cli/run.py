@@ -130,7 +130,7 @@ def print_summary(summary: CampaignSummary, done: str, db: str | None = None) ->
     """Print the verdicts, what was done for them, and what the exit code means."""
     print_verdicts(summary, db)
     out.emit(f"\n{done}")
-    out.emit(out.clean(summary.message, lines=True))
+    out.emit_prose(summary.message)
 
 
 def executed_text(summary: CampaignSummary) -> str:
