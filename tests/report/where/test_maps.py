@@ -9,12 +9,14 @@ import numpy as np
 import pytest
 
 from adeye.campaign.plan import CampaignPlan
-from adeye.judge.verdict import FAIL, PASS
+from adeye.judge.verdict import FAIL, PASS, Verdict
+from adeye.report.model.report import Report
 from adeye.report.where.maps import MOST_MAPS, map_failures
 from adeye.report.where.records import FailureMap, FailureMaps
+from adeye.report.where.tell import tell_where
 from adeye.store.read.bulk import Labels
 from adeye.sweep.case import TestCase
-from tests.project import Project
+from tests.project import Executed, Project
 from tests.report.where.planting import SAFE, compared_of
 
 GATE = "camera_radar"
@@ -117,3 +119,29 @@ def test_axis_without_an_order_keeps_the_values_with_most_failures_and_says_how_
     assert (only.by, only.left_out) == (("fault",), (8,))
     assert only.across == tuple(f"f{fault:02}" for fault in range(2, 14))
     assert [level.at[0] for level in only.levels] == list(only.across)
+
+
+def test_maps_of_a_report_say_what_where_says(mini: Executed, plain: Report) -> None:
+    assert plain.failing is not None
+    failing = {
+        (cell.fsr, cell.architecture)
+        for cell in plain.cells
+        if cell.scenario is None and cell.verdict is Verdict.FAIL
+    }
+    assert {(item.fsr, item.architecture) for item in plain.failing.maps} == failing
+    with mini.opened() as (repository, campaign):
+        for item in plain.failing.maps:
+            found = tell_where(
+                repository,
+                campaign,
+                item.fsr,
+                by=item.by,
+                architectures=[item.architecture],
+            )
+            (site,) = [
+                site
+                for site in found.sites
+                if (site.scenario, site.faults) == (item.scenario, item.faults)
+            ]
+            assert (item.tally, item.margin, item.unit) == (site.tally, site.margin, site.unit)
+            assert item.levels == site.table
