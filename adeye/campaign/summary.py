@@ -11,7 +11,7 @@ from adeye.errors import UsageError
 from adeye.judge.verdict import ExitCode, Verdict, exercised_of
 from adeye.spec.load import load_odd
 from adeye.store.read.campaigns import LATEST
-from adeye.store.read.totals import ChannelFailure, channel_failures, gate_code, totals
+from adeye.store.read.totals import ChannelFailure, Total, channel_failures, gate_code, totals
 from adeye.store.records import of_fields
 from adeye.store.write.planning import identify
 
@@ -286,6 +286,12 @@ def summarise(
     """Read what a campaign came to from the database."""
     code, message = gate_code(repository, campaign, has_old=stored.reused > 0)
     texts = {item.id: item.text.strip() for item in plan.files.concept.spec.requirements}
+    fsrs, architectures = list(texts), list(plan.files.architectures)
+
+    def place(item: Total) -> tuple[int, int]:
+        """Return where ODD and concept list what a verdict is about."""
+        return architectures.index(item.architecture), fsrs.index(item.fsr)
+
     lines = [
         of_fields(
             VerdictLine,
@@ -297,7 +303,7 @@ def summarise(
             worst_run=item.worst[0].result_digest if item.worst else "",
             text=texts[item.fsr],
         )
-        for item in totals(repository, campaign)
+        for item in sorted(totals(repository, campaign), key=place)
     ]
     return CampaignSummary(
         campaign=campaign.id,

@@ -104,14 +104,14 @@ def print_gate(result: GateResult) -> None:
     _print_findings("Does not decide:", others)
     if result.baseline and not result.changes and not result.is_written:
         out.emit("Nothing differs from the baseline.")
-    out.emit_line(result.message)
+    out.emit_prose(out.clean(result.message))
 
 
 def _print_findings(title: str, findings: Sequence[Finding]) -> None:
     if findings:
         out.emit(title)
     for item in findings:
-        out.emit_line(f"  {item}")
+        out.emit_prose(out.clean(f"  {item}"))
         if item.runs:
             out.emit_line(f"    adeye show {out.short(item.runs[0])}")
 

@@ -14,6 +14,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from contextlib import contextmanager, suppress
 from enum import Enum
 from pathlib import Path
+from textwrap import fill
 from typing import TYPE_CHECKING, Any, Final, TextIO, TypeVar
 
 from typer import Exit
@@ -109,6 +110,13 @@ def stacked(
     """
     first = next((place for place, header in enumerate(headers) if header in right), 1)
     lead = max(1, first)
+    for line in _stacked(headers, rows, lead, available):
+        yield wrapped(line, available)
+
+
+def _stacked(
+    headers: Sequence[str], rows: Sequence[Sequence[str]], lead: int, available: int
+) -> Iterator[str]:
     for row in rows:
         yield ", ".join(cell for cell in row[:lead] if cell)
         line = ""
@@ -121,6 +129,26 @@ def stacked(
                 line = f"{line}, {part}" if line else part
         if line:
             yield f"{_INDENT}{line}"
+
+
+def wrapped(line: str, available: int) -> str:
+    r"""Go on in lines of their own, further in, where a line is too long; words stay whole.
+
+    >>> print(wrapped("  one two three", 9))
+      one two
+        three
+    """
+    if len(line) <= available:
+        return line
+    start = line[: len(line) - len(line.lstrip())]
+    return fill(
+        line.strip(),
+        available,
+        initial_indent=start,
+        subsequent_indent=start + _INDENT,
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
 
 
 # --- Standard output kept for results: what code from outside prints goes to standard error -------
@@ -216,6 +244,12 @@ def emit(text: str) -> None:
 def emit_line(text: object) -> None:
     """Write one line of a result, made harmless."""
     emit(clean(text))
+
+
+def emit_prose(text: object) -> None:
+    """Write lines that people read, none wider than the terminal; a command is no such line."""
+    available = width()
+    emit("\n".join(wrapped(line, available) for line in clean(text, lines=True).split("\n")))
 
 
 def emit_document(text: str) -> None:
@@ -366,7 +400,7 @@ def emit_table(
     available = width() - 3 * len(headers) + 1
     widths = widths_of(headers, plain_cells, right, available)
     if title:
-        emit(f"\n{clean(title)}")
+        emit_prose(f"\n{clean(title)}")
     if widths is None:
         emit("\n".join(stacked(headers, plain_cells, right, width())))
         return
@@ -479,13 +513,25 @@ def wrote(path: Path) -> None:
     talk(f"wrote {clean(path)}")
 
 
-def listed(items: Iterable[object], *, of: Callable[[object], str] = str) -> str:
+def listed(items: Iterable[object], *, of: Callable[[object], str] = str, most: int = 0) -> str:
     """Write names one after the other.
+
+    Args:
+        items: The names.
+        of: Writes one.
+        most: Characters after which the others are only counted; 0 for no limit. One is written.
 
     >>> listed(["a", "b"])
     'a, b'
+    >>> listed(["one", "two", "three"], most=8)
+    'one, two and 1 more'
     """
-    return ", ".join(of(item) for item in items) or NONE
+    texts = [of(item) for item in items]
+    shown = len(texts)
+    while most and shown > 1 and len(", ".join(texts[:shown])) > most:
+        shown -= 1
+    more = f" and {len(texts) - shown} more" if shown < len(texts) else ""
+    return ", ".join(texts[:shown]) + more or NONE
 
 
 def _text(value: object) -> Text:

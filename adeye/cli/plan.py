@@ -96,15 +96,15 @@ def _print(planned: CampaignPlan) -> None:
     rows = [[name, out.listed(axes)] for name, axes in planned.expansion.axes.items()]
     out.emit_table(("Scenario", "Swept"), rows)
     _print_designs(planned)
-    out.emit(f"\n{_total(planned)}")
+    out.emit_prose(f"\n{_total(planned)}")
     if planned.samples:
         twins = sum(len(sample.results) for sample in planned.samples)
         out.emit(f"{twins:,} of them are executed with half the step too.")
-    out.emit(_engine(planned))
+    out.emit_prose(_engine(planned))
     counts = _shared(planned)
     if any(counts.values()):
         told = out.listed(f"{name} {count}" for name, count in counts.items() if count)
-        out.emit_line(f"Shared by channels (adeye dependencies): {told}")
+        out.emit_prose(out.clean(f"Shared by channels (adeye dependencies): {told}"))
 
 
 def _print_factors(planned: CampaignPlan) -> None:
@@ -129,7 +129,7 @@ def _print_factors(planned: CampaignPlan) -> None:
     )
     out.emit("")
     for line in _fault_entries(factors):
-        out.emit_line(line)
+        out.emit_prose(out.clean(line))
 
 
 def _points(factor: Factor) -> str:

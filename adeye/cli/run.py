@@ -9,7 +9,6 @@ import time
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
-from functools import partial
 from inspect import signature
 from itertools import groupby
 from pathlib import Path
@@ -21,7 +20,7 @@ from adeye.cli import options as opt
 from adeye.cli import output as out
 from adeye.cli.progress import asking, duration, reporting
 from adeye.errors import ASKED_TO_END, AdeyeError, IntegrityError, UsageError, amount, suggest
-from adeye.judge.verdict import WORST_FIRST, ExitCode, exit_code
+from adeye.judge.verdict import ExitCode, Verdict, exit_code, urgency
 from adeye.report.words import quantity
 
 if TYPE_CHECKING:
@@ -39,14 +38,16 @@ if TYPE_CHECKING:
 
 _SHOWN_TEXT: Final = 60
 _WIDE: Final = 145
+_SHOWN_CAUSES: Final = 3
 
 
 def ordered(lines: Sequence[VerdictLine]) -> list[VerdictLine]:
-    """Sort verdicts: architectures of the gate first, what is mandatory, then the worst."""
+    """Sort verdicts: by architecture, those of the gate first, then the most urgent."""
+    names = list(dict.fromkeys(line.architecture for line in lines))
 
     def place(line: VerdictLine) -> tuple[Any, ...]:
-        rank = WORST_FIRST.index(line.verdict)
-        return not line.is_gate, line.architecture, not line.mandatory, rank, line.fsr
+        urgent = urgency(line.verdict, mandatory=line.mandatory)
+        return not line.is_gate, names.index(line.architecture), *urgent
 
     return sorted(lines, key=place)
 
@@ -58,19 +59,34 @@ def margin_text(line: VerdictLine) -> str:
     return quantity(line.margin, line.unit or "1", signed=True)
 
 
-def print_verdicts(summary: CampaignSummary) -> None:
-    """Print the verdict of every FSR for every architecture, and how to see the worst run."""
+def print_verdicts(summary: CampaignSummary, db: str | None = None) -> None:
+    """Print the verdict of every FSR for every architecture, and how to see the worst runs."""
     lines = ordered(summary.verdicts)
     for (name, is_gate), group in groupby(lines, lambda line: (line.architecture, line.is_gate)):
         out.emit(f"\n{out.clean(name)}{' (gate)' if is_gate else ''}")
         _print_architecture(list(group))
-    shown = next((line for line in lines if line.worst_run and str(line.verdict) == "FAIL"), None)
-    if shown is not None:
-        out.emit(
-            f"\nSee why {out.clean(shown.architecture)} fails {out.clean(shown.fsr)}:\n"
-            f"  adeye show {out.short(shown.worst_run)}\n"
-            f"  adeye replay {out.short(shown.worst_run)} --html replay.html"
-        )
+    _print_causes([line for line in lines if line.worst_run and line.verdict is Verdict.FAIL], db)
+
+
+def _print_causes(failing: Sequence[VerdictLine], db: str | None) -> None:
+    """Name for each FSR that fails the command that shows its worst run, while they are few."""
+    from adeye.store.location import option
+
+    if not failing:
+        return
+    where = out.clean(option(db))
+    shown = [
+        (f"{line.architecture} fails {line.fsr}:", f"show {out.short(line.worst_run)}{where}")
+        for line in failing[:_SHOWN_CAUSES]
+    ]
+    if len(failing) > _SHOWN_CAUSES:
+        more = len(failing) - _SHOWN_CAUSES
+        shown.append((f"and {more} more:", f"query failing-fsrs{where}"))
+    worst = out.short(failing[0].worst_run)
+    shown.append(("the first as a page:", f"replay {worst}{where} --html replay.html"))
+    wide = max(len(said) for said, _ in shown)
+    lines = [f"  {said:{wide}}  adeye {command}" for said, command in shown]
+    out.emit("\nSee why\n" + out.clean("\n".join(lines), lines=True))
 
 
 def _print_architecture(lines: Sequence[VerdictLine]) -> None:
@@ -110,11 +126,11 @@ _WAYS: Final = {
 """What told a verdict, in words, by the word of ``campaign.rejudge``."""
 
 
-def print_summary(summary: CampaignSummary, done: str) -> None:
+def print_summary(summary: CampaignSummary, done: str, db: str | None = None) -> None:
     """Print the verdicts, what was done for them, and what the exit code means."""
-    print_verdicts(summary)
+    print_verdicts(summary, db)
     out.emit(f"\n{done}")
-    out.emit(out.clean(summary.message, lines=True))
+    out.emit_prose(summary.message)
 
 
 def executed_text(summary: CampaignSummary) -> str:
@@ -244,8 +260,6 @@ def run(
     if pdb:
         _require_debuggable((workers, executor, scheduler), threads, json=json)
     was_told = not quiet and not is_cache_warm()
-    if was_told:
-        out.talk("Compiling for this machine; only the first run does, it takes half a minute.")
     hint = _resume_hint(odd, db, locals())
     session = opt.make_session(
         shard=shard,
@@ -260,7 +274,8 @@ def run(
     wanted = _wanted(traces)
     # Under a debugger nothing else is started, either.
     is_near = not pdb and (asked is None or not asked.address)
-    plan, aside = _plan(odd, backend, variant, is_near=is_near, quiet=quiet)
+    told = _COMPILING if was_told else ""
+    plan, aside = _plan(odd, backend, variant, is_near=is_near, quiet=quiet, told=told)
     if not (quiet or was_told or is_cache_warm(*plan.compiled_parts)):
         out.talk("Compiling sensors or channels that were not used before, for up to a minute.")
     lanes = parallel(plan, 1 if session.pace or pdb else threads, workers, executor)
@@ -276,7 +291,7 @@ def run(
     except ASKED_TO_END:
         out.talk(hint)
         raise
-    _print_outcome(summary, session.pace, json=json)
+    _print_outcome(summary, session.pace, db, json=json)
     _tell_after(summary, wanted, quiet=quiet)
     code = int(summary.exit_code)
     if code in {130, 143}:
@@ -321,7 +336,9 @@ def _require_one_lane(session: Session, asked: Sequence[object]) -> None:
         )
 
 
-def _print_outcome(summary: CampaignSummary, pace: Pace | None, *, json: bool) -> None:
+def _print_outcome(
+    summary: CampaignSummary, pace: Pace | None, db: str | None, *, json: bool
+) -> None:
     """Print what came out; of a pace how far it was kept, and how long channels took."""
     answers = {} if pace is None else pace.answers
     if json:
@@ -329,7 +346,7 @@ def _print_outcome(summary: CampaignSummary, pace: Pace | None, *, json: bool) -
         told = {**out.fields_of(pace, *measured), "answers": answers} if pace else None
         out.emit_json("run", {**document(summary), **({"pace": told} if told else {})})
         return
-    print_summary(summary, executed_text(summary))
+    print_summary(summary, executed_text(summary), db)
     if pace is None or not pace.ticks:
         return
     late = f", by up to {1e3 * pace.latest_s:.3g} ms" if pace.overruns else ""
@@ -464,20 +481,38 @@ def _wanted(traces: str) -> Wanted:
     raise UsageError(f"--traces is {traces!r}", remedy=suggest(traces, ("none", "failures", "all")))
 
 
+_COMPILING: Final = "Compiling for this machine; only the first run does, it takes half a minute."
+
+
 def _plan(
-    odd: Path, backend: str, variant: str | None, *, is_near: bool = True, quiet: bool
+    odd: Path,
+    backend: str,
+    variant: str | None,
+    *,
+    is_near: bool = True,
+    quiet: bool,
+    told: str = "",
 ) -> tuple[CampaignPlan, Processes[Part, bool] | None]:
     """Make the plan; tell which processes compile for it, unless this is done or one processor's.
 
-    On a first start they begin before the plan is read.
+    On a first start they begin before the plan is read. What is told of it is told when the files
+    are found to be right: whoever has to mend them is not to wait, nor to look for what is wrong
+    with the machine.
     """
     from adeye.campaign.warmup import begin_aside, compile_meanwhile
     from adeye.kernel.jit import is_cache_warm
 
     processors = usable_processors() if is_near else 1
     aside = begin_aside(processors) if processors > 1 and not is_cache_warm() else None
+
+    def begin(checked: CampaignPlan) -> None:
+        if told:
+            out.talk(told)
+        if aside is not None:
+            compile_meanwhile(checked, aside)
+
     try:
-        begun = None if aside is None else partial(compile_meanwhile, processes=aside)
+        begun = None if aside is None and not told else begin
         plan = opt.plan_of(odd, backend, variant, quiet=quiet, meanwhile=begun)
     except BaseException:
         if aside is not None:
@@ -632,7 +667,7 @@ def judge(
     if json:
         out.emit_json("judge", {**document(summary), "to_execute": summary.to_execute})
     else:
-        print_summary(summary, _text(summary, odd, db))
+        print_summary(summary, _text(summary, odd, db), db)
     raise typer.Exit(int(summary.exit_code))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 scenario_app = typer.Typer(
     help="List, show and check the scenarios of the catalogue.", no_args_is_help=True
 )
+
+
+_SHOWN_TEXT: Final = 60
 
 
 def list_scenarios(catalogue: Catalogue = None, json: Json = False) -> None:
@@ -42,12 +45,14 @@ def list_scenarios(catalogue: Catalogue = None, json: Json = False) -> None:
             item.spec.title,
             out.listed(_labels(item.spec)),
             out.listed(
-                f"{key} {_range(parameter)}" for key, parameter in item.spec.parameters.items()
+                (f"{key} {_range(parameter)}" for key, parameter in item.spec.parameters.items()),
+                most=_SHOWN_TEXT,
             ),
         ]
         for name, item in loaded.items()
     ]
     out.emit_table(("Id", "Title", "Tags", "Parameters"), rows)
+    out.emit("\nAll parameters of one:  adeye scenario show ID")
 
 
 def show_scenario(

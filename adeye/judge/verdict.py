@@ -104,6 +104,23 @@ WORST_FIRST: Final = (*_RUN_ORDER, None, Verdict.VACUOUS, Verdict.PASS)
 """Verdicts as they are listed; None is "not applicable", which is an error in the gate."""
 
 
+def urgency(verdict: Verdict | None, *, mandatory: bool) -> tuple[bool, int]:
+    """Return the key that every list of FSRs is sorted by, in the terminal and in each report.
+
+    What is mandatory comes before what is not, as only that blocks; then the worst verdict. What is
+    alike keeps the order of ODD and concept, which the sort has to be given: margins are in
+    different units, so that none of two FSRs is further from its threshold than the other.
+
+    Args:
+        verdict: Folded; None where the FSR is not applicable.
+        mandatory: Whether the gate needs it.
+
+    >>> urgency(Verdict.PASS, mandatory=True) < urgency(Verdict.FAIL, mandatory=False)
+    True
+    """
+    return not mandatory, WORST_FIRST.index(verdict)
+
+
 def _count(verdicts: Mapping[Verdict, int] | Iterable[Verdict]) -> dict[Verdict, int]:
     """Count verdicts; refuse what is not a verdict and counts below zero."""
     pairs = verdicts.items() if isinstance(verdicts, Mapping) else Counter(verdicts).items()

@@ -26,6 +26,8 @@ from adeye.report.model.assessment import FaultEvidence
 from adeye.report.model.part import Label
 from adeye.report.model.report import Cell, MapNote, Report, WorstCase
 from adeye.report.page.replay import Replay, Undrawn
+from adeye.report.where.maps import map_failures
+from adeye.report.where.records import FailureMaps
 from adeye.spec.concept import Concept, Requirement
 from adeye.spec.load import MAPS, odd_of
 from adeye.spec.quantity import SI
@@ -219,8 +221,27 @@ class ReportBuilder:
             **evidence_of(self.repository, self.campaign, self.odd, self._command),
         )
         rows = verification.verification_of(report, self.requirements, designs_of(self.odd))
-        told = {"verification": tuple(rows), "open_points": verification.open_points_of(report)}
+        told = {
+            "verification": tuple(rows),
+            "open_points": verification.open_points_of(report),
+            "failing": self._failing(report),
+        }
         return report.model_copy(update=told)
+
+    def _failing(self, report: Report) -> FailureMaps | None:
+        """Say where FSRs fail, of the gate's architectures first."""
+        failing = [
+            (fsr.id, architecture.id)
+            for architecture in report.gate_first
+            for fsr in report.urgent_first([architecture])
+            for cell in [report.cell(fsr.id, architecture.id)]
+            if cell is not None and cell.verdict is Verdict.FAIL
+        ]
+        if not failing:
+            return None
+        names = list(dict.fromkeys(name for _, name in failing))
+        compared = self.repository.compared(self.campaign.id, names, is_named=True)
+        return map_failures(failing, compared, self.odd, self._command)
 
     @property
     def is_read_whole(self) -> bool:

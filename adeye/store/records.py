@@ -346,22 +346,35 @@ class Block:
         return tuple(judged.values())
 
 
+UNJUDGED: Final = "to be judged"
+"""State of a campaign that lacks no result, only verdicts."""
+
+
 @dataclass(frozen=True)
 class WorkState:
-    """How many blocks of a campaign are in which state."""
+    """How many blocks of a campaign are in which state.
+
+    Attributes:
+        pending: Neither done nor held by a runner.
+        leased: Held by a runner.
+        done: Whose test cases all have what was asked for.
+        quarantined: Given up.
+        to_judge: Those of ``pending`` that have a result for each test case and lack verdicts only.
+    """
 
     pending: int
     leased: int
     done: int
     quarantined: int
+    to_judge: int = 0
 
     @property
     def text(self) -> str:
-        """``complete``, ``running``, ``interrupted`` or ``quarantined``."""
+        """``complete``, ``running``, ``interrupted``, ``to be judged`` or ``quarantined``."""
         if self.leased:
             return "running"
         if self.pending:
-            return "interrupted"
+            return "interrupted" if self.pending > self.to_judge else UNJUDGED
         return "quarantined" if self.quarantined else "complete"
 
 
@@ -418,7 +431,7 @@ class CampaignInfo:
 
     @property
     def state(self) -> str:
-        """``complete``, ``running``, ``interrupted`` or ``quarantined``."""
+        """``complete``, ``running``, ``interrupted``, ``to be judged`` or ``quarantined``."""
         return self.work.text
 
 

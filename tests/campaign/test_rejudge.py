@@ -18,6 +18,8 @@ from adeye.campaign.summary import CampaignSummary
 from adeye.errors import IntegrityError
 from adeye.judge.metrics import METRICS
 from adeye.judge.verdict import ExitCode, Verdict
+from adeye.report.gate import decide
+from adeye.report.gate.changes import Tolerances
 from adeye.store.evidence.roots import folder_of
 from adeye.store.read.totals import Total, totals
 from adeye.store.repository import Repository
@@ -197,6 +199,12 @@ def test_metric_that_is_defined_otherwise_by_now_tells_nothing(
     judged = judge_campaign(project.plan(), db=project.db)
     assert judged.ways == ({"metric": judged.planned} if is_same else {})
     assert judged.to_replay == (0 if is_same else judged.planned)
+    with Repository.open(project.db, create=False) as repository:
+        campaign = known(repository.latest_campaign())
+        assert campaign.state == ("complete" if is_same else "to be judged")
+        gate = decide.judge_campaign(repository, campaign, None, Tolerances())
+    said = "the campaign is to be judged. The others have results without verdicts; 'adeye judge'"
+    assert any(said in str(item) for item in gate.findings) is not is_same
 
 
 @pytest.mark.slow

@@ -279,3 +279,27 @@ def test_what_is_found_about_no_run_is_never_green(capsys: pytest.CaptureFixture
         output.emit_found("forks", Point(1.0, Path("a")), lambda _: None, json=True, looked_at=0)
     assert ended.value.exit_code == 3
     assert "forks: there is no run to look at" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("columns", [80, 120, 200])
+def test_no_line_is_wider_than_the_terminal_and_no_word_is_broken(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, columns: int
+) -> None:
+    monkeypatch.setenv("COLUMNS", str(columns))
+    text = "always((authority.safety and not monitor.object_danger.confirmed) implies x) " * 4
+    output.emit_prose(f"  {text}")
+    output.emit_table(["a", "b", "n"], [["x", text, "1" * 60]], title=text, right=["n"])
+    lines = capsys.readouterr().out.splitlines()
+    assert max(map(len, lines)) <= columns
+    known = {*text.split(), "x", "x,", "n:", "b:", "a", "b", "n", "1" * 60}
+    assert {word for line in lines for word in line.split()} <= known | {
+        "\N{BOX DRAWINGS LIGHT HORIZONTAL}" * n for n in range(200)
+    }
+
+
+def test_prose_that_nobody_looks_at_stays_in_its_line(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("COLUMNS", raising=False)
+    output.emit_prose("word " * 100)
+    assert len(capsys.readouterr().out.splitlines()) == 1

@@ -73,6 +73,8 @@ class Campaign:
 
     def make_plan(self, path: Path, **options: Any) -> Any:
         self.plans.append((path, options))
+        if options["meanwhile"] is not None:
+            options["meanwhile"](SimpleNamespace())
         return SimpleNamespace(
             notices=("an\x1b axis is dead",),
             expansion=SimpleNamespace(count=12),
@@ -180,7 +182,8 @@ def test_nothing_is_compiled_for_a_plan_that_is_refused(
     monkeypatch.setattr(adeye_jit, "is_cache_warm", lambda *_: False)
     refuse = Mock(side_effect=UsageError("no", remedy=""))
     monkeypatch.setattr("adeye.campaign.plan.make_plan", refuse)
-    assert adeye("run", "odd.yaml").code == 2
+    ended = adeye("run", "odd.yaml")
+    assert (ended.code, "Compiling" in ended.err) == (2, False)
     aside.abandon.assert_called_once_with()
 
 
@@ -417,6 +420,14 @@ def test_gate_then_mandatory_then_worst_first() -> None:
     assert [line.fsr for line in cli_run.ordered(lines)] == ["3", "2", "4", "6", "5", "1"]
 
 
+def test_verdicts_that_are_as_urgent_keep_the_order_of_odd_and_concept() -> None:
+    failed = replace(PASSED, verdict=Verdict.FAIL)
+    lines = [
+        replace(failed, architecture=name, fsr=fsr) for name in ("z", "a") for fsr in ("9", "10")
+    ]
+    assert cli_run.ordered(lines) == lines
+
+
 def test_margin_has_sign_and_unit() -> None:
     for margin, unit, text in (
         (-0.8, "m", "\N{MINUS SIGN}0.80 m"),
@@ -436,6 +447,31 @@ def test_failure_leads_to_its_worst_run(printed: Callable[..., str]) -> None:
     for part in ("3 of 4", "adeye show ababababab", "adeye replay ababababab"):
         assert part in text
     assert "replay" not in printed(worst)
+
+
+def test_each_fsr_that_fails_has_its_command_while_they_are_few(
+    printed: Callable[..., str],
+) -> None:
+    failed = replace(PASSED, verdict=Verdict.FAIL)
+    lines = [
+        replace(failed, fsr=f"FSR-{number}", worst_run=str(number) * 64) for number in range(1, 6)
+    ]
+    assert printed(*lines[:3]).split("See why\n")[1].splitlines() == [
+        "  a fails FSR-1:        adeye show 1111111111",
+        "  a fails FSR-2:        adeye show 2222222222",
+        "  a fails FSR-3:        adeye show 3333333333",
+        "  the first as a page:  adeye replay 1111111111 --html replay.html",
+    ]
+    assert printed(*lines).splitlines()[-2] == "  and 2 more:           adeye query failing-fsrs"
+
+
+def test_commands_of_the_hint_name_the_database_that_was_named(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    failed = replace(PASSED, verdict=Verdict.FAIL, worst_run="ab" * 32)
+    summary = CampaignSummary("c", 4, 4, 0, 0, ExitCode.FAILED, "m", (failed,))
+    cli_run.print_verdicts(summary, "my maps.db")
+    assert capsys.readouterr().out.count("--db 'my maps.db'") == 2
 
 
 def test_narrow_screen_keeps_every_row_on_one_line(printed: Callable[..., str]) -> None:

@@ -29,7 +29,7 @@ def replace_in(path: Path, old: str, new: str) -> None:
 
 def test_list_shows_the_shipped_catalogue_or_another(adeye: Any, cut_in: Path) -> None:
     out = adeye("scenario", "list").out
-    for part in ("cut_in", "Cut-in of a slower vehicle", "gap 0 m to 60 m"):
+    for part in ("cut_in", "Cut-in of a slower vehicle", "friction 0.3 to 1"):
         assert part in out
     document = adeye("scenario", "list", "--json").document
     entries = {entry["id"]: entry for entry in document["scenarios"]}
@@ -37,6 +37,17 @@ def test_list_shows_the_shipped_catalogue_or_another(adeye: Any, cut_in: Path) -
     assert entries["cut_in"]["tags"]["r157"] == "4.4.1"
     document = adeye("scenario", "list", "--catalogue", ".", "--json").document
     assert [entry["id"] for entry in document["scenarios"]] == [cut_in.stem]
+
+
+def test_list_in_a_pipe_is_bounded_and_counts_what_it_leaves_out(
+    adeye: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("COLUMNS", raising=False)
+    lines = adeye("scenario", "list").out.splitlines()
+    assert max(map(len, lines)) < 260
+    (row,) = [line for line in lines if line.startswith(" cut_in ")]
+    assert row.endswith(" more")
+    assert lines[-1] == "All parameters of one:  adeye scenario show ID"
 
 
 def test_list_shows_tags_of_ones_own(adeye: Any, cut_in: Path) -> None:

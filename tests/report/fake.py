@@ -325,6 +325,7 @@ def build_report(text: str = "", *, rows: int = 300, replays: int = 3) -> Report
         "impact": impact(text),
         "worst_cases": worst_cases(cells, text),
         "metrics": metrics_of(text),
+        "failing": filled(CONTENT["failing"], text),
         "faults": evidence(text),
         "confidence": some_claims(text),
         "odd_coverage": coverage(text),

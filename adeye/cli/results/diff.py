@@ -85,7 +85,7 @@ class _Section:
 
 
 def _print(found: Difference) -> None:
-    out.emit_line(_head(found))
+    out.emit_prose(out.clean(_head(found)))
     if found.is_empty:
         out.emit("Nothing differs.")
     for section in _sections(found):

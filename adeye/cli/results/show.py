@@ -16,7 +16,7 @@ from adeye.cli.output import (
     emit,
     emit_fields,
     emit_found,
-    emit_line,
+    emit_prose,
     emit_value,
     listed,
     short,
@@ -135,8 +135,8 @@ def _print_failing(item: Mapping[str, Any]) -> None:
         why = binding_sentence(Binding(**told, difference=item.get("margin"), note=reason))
     emit("")
     sign = verdict_cell(Verdict(item["verdict"])).plain
-    emit_line(f"{sign} {item['fsr']}  {item.get('measure', '')}")
-    emit_line(f"  {why}")
+    emit_prose(f"{sign} {clean(item['fsr'])}  {clean(item.get('measure', ''))}".rstrip())
+    emit_prose(f"  {clean(why)}")
 
 
 def _print_other_verdicts(verdicts: Sequence[Mapping[str, Any]]) -> None:

@@ -64,10 +64,11 @@ def where(
 
 def print_where(found: Where) -> None:
     """Print where an FSR fails: the sites, then what holds the failures of each apart."""
-    out.emit_line(f"{found.fsr}: {found.text}")
-    out.emit_line(
-        f"Campaign {found.number} of {found.odd} ({out.short(found.campaign)}): fails in "
-        f"{counted(found.failed)} of {counted(found.decided)} test cases that pass or fail."
+    out.emit_prose(out.clean(f"{found.fsr}: {found.text}"))
+    whose = out.clean(f"Campaign {found.number} of {found.odd} ({out.short(found.campaign)})")
+    out.emit_prose(
+        f"{whose}: fails in {counted(found.failed)} of {counted(found.decided)} test cases that "
+        "pass or fail."
     )
     headers = [
         "Scenario",
@@ -100,7 +101,7 @@ def print_where(found: Where) -> None:
 
 
 def _print_site(site: Site, *, has_tables: bool) -> None:
-    out.emit(f"\n{out.clean(_title(site))}")
+    out.emit_prose(f"\n{out.clean(_title(site))}")
     if not site.separations:
         out.emit("  Nothing passes, so there is nothing to hold the failures apart from.")
     for place, found in enumerate(site.separations):
@@ -109,7 +110,7 @@ def _print_site(site: Site, *, has_tables: bool) -> None:
         _print_separation(found)
     for axis in site.axes:
         values = f"{axis.lowest} to {axis.highest}" if axis.is_ordered else f"{axis.values} values"
-        out.emit_line(f"  {axis.name}, {values}: {axis_text(axis)}")
+        out.emit_prose(out.clean(f"  {axis.name}, {values}: {axis_text(axis)}"))
     if has_tables:
         for axis in site.axes:
             if axis.changing or not axis.lines:
@@ -172,7 +173,7 @@ def axis_text(axis: AxisTold) -> str:
 def _print_table(site: Site, by: Sequence[str]) -> None:
     title = _title(site)
     if not site.table:
-        out.emit(f"\n{out.clean(title)}: {', '.join(by)} does not vary here.")
+        out.emit_prose(f"\n{out.clean(title)}: {out.clean(', '.join(by))} does not vary here.")
     elif len(by) == 1:
         _print_levels(site.table, by, site.unit, title=title)
     else:

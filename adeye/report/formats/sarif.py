@@ -243,8 +243,8 @@ def _failure(report: Report, item: ChannelFailure) -> SarifResult:
 
 
 def _results(report: Report) -> Iterator[SarifResult]:
-    for fsr in report.fsrs:
-        for architecture in report.architectures:
+    for architecture in report.gate_first:
+        for fsr in report.urgent_first([architecture]):
             yield from _of_pair(report, fsr, architecture)
 
 

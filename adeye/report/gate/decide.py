@@ -44,7 +44,7 @@ from adeye.report.words import counted, unit_text
 from adeye.signals import Ints
 from adeye.store.read import totals
 from adeye.store.read.bulk import Compared
-from adeye.store.records import CampaignInfo, FsrStatus
+from adeye.store.records import UNJUDGED, CampaignInfo, FsrStatus
 from adeye.store.repository import Repository
 
 # --- Take down a campaign as a baseline, from the database alone ----------------------------------
@@ -277,7 +277,7 @@ class GateResult:
         campaign: Id of the campaign.
         number: Its number.
         state: The campaign as a baseline would keep it.
-        work: ``complete``, ``running``, ``interrupted`` or ``quarantined``.
+        work: ``complete``, ``running``, ``interrupted``, ``to be judged`` or ``quarantined``.
         baseline: File that it was compared with, if any.
         own: What was found in the campaign, what decides first.
         changes: What differs from the baseline, what decides first.
@@ -314,6 +314,14 @@ class GateResult:
     def findings(self) -> tuple[Finding, ...]:
         """All of them."""
         return self.own + self.changes
+
+
+_RUN: Final = "Run it again, it goes on"
+_GOES_ON: Final = {
+    "running": "Wait for it",
+    UNJUDGED: "The others have results without verdicts; 'adeye judge' judges these",
+}
+"""What is to be done about a campaign in a state; else it is run again."""
 
 
 def judge_campaign(
@@ -358,7 +366,7 @@ def judge_campaign(
     now = snapshot.state
     if now.accounted < now.planned:
         left = f"{counted(now.accounted)} of {counted(now.planned)} test cases are accounted for"
-        text = f"{left}; the campaign is {campaign.state}. Run it again, it goes on"
+        text = f"{left}; the campaign is {campaign.state}. {_GOES_ON.get(campaign.state, _RUN)}"
         own.append(Finding(Kind.MISSING, text))
     if told := totals.withdrawn_in_words(repository, campaign):
         own.append(Finding(Kind.MISSING, told))

@@ -4,7 +4,7 @@ The record refuses to contradict itself: a green exit code beside a requirement 
 a PASS over a failed run, a number that belongs to nothing.
 """
 
-from collections.abc import Hashable, Iterable, Iterator
+from collections.abc import Hashable, Iterable, Iterator, Sequence
 from functools import cached_property
 from itertools import chain
 from typing import Annotated
@@ -13,7 +13,7 @@ from pydantic import Field
 
 from adeye.analysis.dependence import Dependencies
 from adeye.analysis.suite.records import Suite
-from adeye.judge.verdict import ExitCode, Outcome, Verdict, exercised_of, fold_fsrs
+from adeye.judge.verdict import ExitCode, Outcome, Verdict, exercised_of, fold_fsrs, urgency
 from adeye.report.claims import Claims
 from adeye.report.comparison.records import Comparison
 from adeye.report.credibility import SelfTestResult
@@ -22,6 +22,7 @@ from adeye.report.model.assessment import Assessment, FaultEvidence
 from adeye.report.model.evidence import Impact, OddCoverage, StepUncertainty
 from adeye.report.model.part import Binding, Command, Count, Id, Label, Margin, Part, Place, agrees
 from adeye.report.page.replay import Replay, Undrawn
+from adeye.report.where.records import FailureMaps
 from adeye.spec.concept import RequirementAsil
 from adeye.store.read.totals import ChannelFailure
 
@@ -252,6 +253,8 @@ class Report(Part):
     factors: tuple[Factors, ...] = ()
     fsrs: tuple[Fsr, ...]
     cells: tuple[Cell, ...]
+    failing: FailureMaps | None = None
+    """Where FSRs fail, by the axes that matter most; None if none fails."""
     comparison: Comparison | None = None
     """Of campaigns with several architectures."""
     worst_cases: tuple[WorstCase, ...] = ()
@@ -315,7 +318,8 @@ class Report(Part):
         yield from _known("an architecture", [*suites, *failing, *self.contacts], architectures)
         claims = () if self.confidence is None else self.confidence.claims
         lines = () if self.step_uncertainty is None else self.step_uncertainty.lines
-        parts = (self.cells, self.worst_cases, self.dead_axes, self.metrics, self.replays)
+        maps = () if self.failing is None else self.failing.maps
+        parts = (self.cells, self.worst_cases, self.dead_axes, self.metrics, self.replays, maps)
         for field, what, known in (
             ("fsr", "an FSR", fsrs),
             ("architecture", "an architecture", architectures),
@@ -349,6 +353,27 @@ class Report(Part):
     def _index(self) -> tuple[tuple[Cell, ...], dict[tuple[str, str, str | None], Cell]]:
         index = {(cell.fsr, cell.architecture, cell.scenario): cell for cell in self.cells}
         return self.cells, index
+
+    @property
+    def gate_first(self) -> list[Architecture]:
+        """Architectures as they are listed: those of the gate, then the others."""
+        return sorted(self.architectures, key=lambda item: not item.is_gate)
+
+    def urgent_first(self, *groups: Iterable[Architecture]) -> list[Fsr]:
+        """List the FSRs by ``judge.verdict.urgency``, in a group by the worst of its architectures.
+
+        Args:
+            groups: Where FSRs are as urgent by one group, the next one decides.
+        """
+
+        def worst(fsr: Fsr, group: Sequence[Architecture]) -> tuple[bool, int]:
+            cells = [self.cell(fsr.id, item.id) for item in group]
+            states = [Verdict.NOT_RUN if cell is None else cell.verdict for cell in cells]
+            # Of no architecture nothing is worse than of another.
+            return min(urgency(state, mandatory=fsr.mandatory) for state in states or [None])
+
+        known = [list(group) for group in groups]
+        return sorted(self.fsrs, key=lambda fsr: [worst(fsr, group) for group in known])
 
     def verdict_of(self, architecture: str) -> Verdict:
         """Fold the mandatory FSRs of an architecture, a FAIL that is set aside as PASS.

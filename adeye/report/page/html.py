@@ -119,11 +119,13 @@ def badge(verdict: Verdict | None) -> Badge:
 def arrange(report: Report) -> Page:
     """Put a report into the order of the page.
 
-    Rows are FSRs, the worst for the gate first: by verdict, then by robustness; then what is worst
-    for the compared architectures; then as the concept lists them.
+    Rows are FSRs, the most urgent for the gate first, then for the compared architectures.
     """
-    architectures = sorted(report.architectures, key=lambda item: not item.is_gate)
-    fsrs = sorted(report.fsrs, key=lambda fsr: _rank(report, fsr))
+    architectures = report.gate_first
+    fsrs = report.urgent_first(
+        (item for item in architectures if item.is_gate),
+        (item for item in architectures if not item.is_gate),
+    )
     rows: list[MatrixRow] = []
     details: list[dict[str, Any]] = []
     for fsr in fsrs:
@@ -164,17 +166,6 @@ def _robustness(cell: Cell | None) -> float:
     if cell is None or cell.margin is None or cell.margin.robustness is None:
         return _NO_MARGIN
     return cell.margin.robustness
-
-
-def _rank(report: Report, fsr: Fsr) -> tuple[Any, ...]:
-    def worst(*, in_gate: bool) -> tuple[int, float]:
-        ids = [item.id for item in report.architectures if item.is_gate is in_gate]
-        cells = [report.cell(fsr.id, architecture) for architecture in ids]
-        states = [Verdict.NOT_RUN if cell is None else cell.verdict for cell in cells]
-        severity = min((WORST_FIRST.index(state) for state in states), default=len(WORST_FIRST))
-        return severity, min((_robustness(cell) for cell in cells), default=_NO_MARGIN)
-
-    return (not fsr.mandatory, *worst(in_gate=True), *worst(in_gate=False))
 
 
 def _matrix_cell(
@@ -330,6 +321,7 @@ STYLES: Final = (
     "faults.css",
     "verification.css",
     "evidence.css",
+    "where.css",
 )
 
 
@@ -395,6 +387,7 @@ def _fill(report: Report, packed: tuple[str, ...], *, is_of_run: bool) -> str:
         traced=lambda by: grouped(matrix_of(report, by), by),
         gsn=goal_structure(report),
         verdicts=list(Verdict),
+        fail=Verdict.FAIL,
         meanings=MEANINGS,
         serving=lambda goal: [fsr for fsr in report.fsrs if goal in fsr.goals],
         policy=_policy(script, style),

@@ -87,6 +87,48 @@ class Site(Part):
     """By the axes that were asked for."""
 
 
+class FailureMap(Part):
+    """Where an FSR fails at one site, by the axes that matter most there."""
+
+    fsr: Id
+    scenario: Id
+    architecture: Id
+    faults: tuple[str, ...] = ()
+    """Entries of the fault list."""
+    tally: Tally
+    margin: float | None = None
+    unit: str = "1"
+    separation: Separation | None = None
+    """What holds most failures apart; None where nothing passes."""
+    by: tuple[Id, ...] = ()
+    """At most two axes, the one that matters most last; none where no axis does."""
+    down: tuple[str, ...] = ()
+    """Values, or ranges of values, of the first of two axes, in their order."""
+    across: tuple[str, ...] = ()
+    """Those of the last axis."""
+    left_out: tuple[Count, ...] = ()
+    """Values of each axis, those with the fewest failures, that the map has no place for."""
+    levels: tuple[Level, ...] = ()
+    """What is there at the values of ``by``; some combinations may be planned nowhere."""
+    command: str
+    """Tells all of it."""
+
+    def level(self, *at: str) -> Level | None:
+        """Find what is at some values; None if nothing is planned there."""
+        return next((level for level in self.levels if level.at == at), None)
+
+
+class FailureMaps(Part):
+    """Where FSRs fail."""
+
+    maps: tuple[FailureMap, ...]
+    """The most urgent first."""
+    left_out: Count = 0
+    """Sites with a failure for which there is no map."""
+    command: str = ""
+    """Lists what fails."""
+
+
 class Where(Part):
     """Where among the swept values of a campaign an FSR fails."""
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 from typing import Any, Final
 
@@ -218,7 +219,6 @@ class Cases:
         """Tell of it, with a table by some axes."""
         everything = np.ones(len(self.verdict), dtype=np.bool_)
         margin, run = self._worst(everything)
-        has_both = bool(self.failed.any() and self.passed.any())
         places = [place for place, item in enumerate(self.words) if item.name in by]
         places.sort(key=lambda place: by.index(self.words[place].name))
         return records.Site(
@@ -229,7 +229,7 @@ class Cases:
             margin=margin,
             unit=self.unit,
             run=run,
-            separations=tuple(self._separations()) if has_both else (),
+            separations=tuple(found for found, _ in self._held_apart),
             axes=tuple(self._axis(place) for place in range(len(self.words))),
             table=self._levels(places) if by and len(places) == len(by) else (),
         )
@@ -255,7 +255,32 @@ class Cases:
         margin = float(self.margin[worst])
         return margin if np.isfinite(margin) else None, self.result[worst]
 
-    def _separations(self) -> Iterator[records.Separation]:
+    @cached_property
+    def mattering(self) -> tuple[str, ...]:
+        """At most two axes that tell most about failing, the one that tells most first.
+
+        Those of the best box come before the others, of which those count that change the verdict
+        alone, or at least the least margin; so an axis matters as ``told`` says that it does.
+        """
+        bounded = self._held_apart[0][1] if self._held_apart else ()
+
+        def telling(place: int) -> tuple[bool, float, float]:
+            axis = self._axis(place)
+            margins = [level.margin for level in axis.levels if level.margin is not None]
+            spread = max(margins) - min(margins) if margins else 0.0
+            return place in bounded, axis.changing / max(axis.lines, 1), spread
+
+        told = {place: telling(place) for place in range(len(self.words))}
+        places = sorted((place for place in told if any(told[place])), key=told.__getitem__)
+        return tuple(self.words[place].name for place in places[::-1][:MOST_BY])
+
+    @cached_property
+    def _held_apart(self) -> tuple[tuple[records.Separation, tuple[int, ...]], ...]:
+        """What holds failures apart from passes, each with the axes that it bounds."""
+        has_both = bool(self.failed.any() and self.passed.any())
+        return tuple(self._separations()) if has_both else ()
+
+    def _separations(self) -> Iterator[tuple[records.Separation, tuple[int, ...]]]:
         """Give the best box, then those that hold apart what the ones before it do not."""
         scales = [
             Scale(len(item.values), item.is_ordered, item.name != FAULT) for item in self.words
@@ -269,6 +294,9 @@ class Cases:
                 for of in (self.failed, self.passed)
             )
             box = separate(self.codes[first], fails, passes, scales)
+            if not box.holds(self.codes).any():
+                # Few failures, which no box holds without more passes, are best told by none.
+                box = Box({}, is_inverse=False, is_exact=box.is_exact)
             inside = box.holds(self.codes)
             gained = int(
                 (open_ & inside & self.failed).sum() - (open_ & inside & self.passed).sum()
@@ -285,7 +313,7 @@ class Cases:
             ]
             if faults:
                 named.append((Words(FAULT, faults), np.ones(len(faults), dtype=np.bool_)))
-            yield records.Separation(
+            found = records.Separation(
                 where=where,
                 faults=faults,
                 keyword="" if box.is_inverse else keyword(self.scenario, self.architecture, named),
@@ -293,6 +321,7 @@ class Cases:
                 outside=self._tally(~inside & open_),
                 is_exact=box.is_exact,
             )
+            yield found, tuple(axis for axis, levels in box.chosen.items() if not levels.all())
             open_ &= ~inside
             if box.is_inverse or not (self.failed & open_).any():
                 return

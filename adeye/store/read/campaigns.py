@@ -81,11 +81,18 @@ def work_state(connection: Connection, campaign_id: str) -> records.WorkState:
     """Count the blocks of a campaign by state; a block whose owner is gone counts as pending."""
     blocks = connection.execute(select(work).where(work.c.campaign_id == campaign_id)).all()
     now = clock_now(connection)
-    counted = Counter(
+    states = [
         "pending" if block.state == "leased" and is_abandoned(block, now) else block.state
         for block in blocks
+    ]
+    counted = Counter(states)
+    return records.WorkState(
+        **{state: counted[state] for state in tables.WORK_STATES},
+        to_judge=sum(
+            block.kind == "judge" and state == "pending"
+            for block, state in zip(blocks, states, strict=True)
+        ),
     )
-    return records.WorkState(**{state: counted[state] for state in tables.WORK_STATES})
 
 
 # --- Read campaigns, summaries, runs and test cases -----------------------------------------------

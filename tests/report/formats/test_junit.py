@@ -72,6 +72,18 @@ def test_fail_is_a_failure_with_binding_and_command(report: Report) -> None:
     assert "reproduce: adeye replay r101b7e04c19" in failure.text
 
 
+def test_cases_of_an_architecture_stand_in_the_order_of_the_table_of_verdicts(
+    report: Report,
+) -> None:
+    document = parse(with_gate(report, "lidar", ExitCode.INCOMPLETE))
+    names = document.xpath("testsuite[@name='lidar']/testcase/@name")
+    # An error, an invalid and an inconclusive one; what passes as the concept has it.
+    assert list(dict.fromkeys(names)) == [
+        *("FSR-06", "FSR-02", "FSR-04"),
+        *("FSR-01", "FSR-03", "FSR-05"),
+    ]
+
+
 def test_state_that_is_neither_pass_nor_fail_is_an_error(report: Report) -> None:
     document = parse(with_gate(report, "lidar", ExitCode.INCOMPLETE))
     for fsr, verdict in (("FSR-02", "INVALID"), ("FSR-04", "INCONCLUSIVE"), ("FSR-06", "ERROR")):

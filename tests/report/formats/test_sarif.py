@@ -182,6 +182,17 @@ def test_failure_stands_at_the_scenario_with_the_fsr_beside_it(report: Report) -
         assert word in item["message"]["text"]
 
 
+def test_results_stand_in_the_order_of_the_table_of_verdicts(report: Report) -> None:
+    found = [(item["properties"]["architecture"], item["ruleId"]) for item in results(report)]
+    # Of the gate first; of each architecture the worst, and what is not mandatory last.
+    assert list(dict.fromkeys(found)) == [
+        ("camera_radar", "FSR-03"),
+        ("camera_radar", "FSR-04"),
+        *(("legacy_camera", f"FSR-0{number}") for number in (1, 2, 3, 4, 7)),
+        *(("lidar", f"FSR-0{number}") for number in (6, 2, 4, 3)),
+    ]
+
+
 def test_only_mandatory_fsrs_of_the_gate_are_errors(report: Report) -> None:
     assert of(report, "FSR-02/legacy_camera/cut_in")["level"] == "warning"
     gate = report.architectures[0].model_copy(update={"is_gate": True})

@@ -14,6 +14,7 @@ from adeye.errors import PlatformError
 from adeye.report.model.report import Report
 from adeye.report.page.html import SCRIPTS, STYLES, assets, render, write_html
 from tests.report.fake import build_report
+from tests.report.pages import section
 
 PAYLOADS = [
     f"{opening}{body}"
@@ -215,3 +216,20 @@ def test_what_channels_share_is_a_table_for_each_pair(tree: Any) -> None:
         ["channels.a"],
     ]
     assert "no resources for sensors.truth" in table.getparent().getparent().text_content()
+
+
+def test_where_an_fsr_fails_is_a_table_of_signs_and_counts(report: Report) -> None:
+    text = section(report, "where")
+    assert "gap <= 30 m holds 11 of 11 failures and 2 of 49 passes." in text
+    for words in (
+        "gap ↓ · ego_speed → · margins in m/s²",
+        "✕ 1/15 +2? \N{MINUS SIGN}0.20 ✕ 10/10 \N{MINUS SIGN}1.61",
+        "✓ 0/15 +0.80 –",
+    ):
+        assert words in text
+    assert "ego_speed has 3 more values" in text
+    assert "gap has" not in text
+    assert "Nothing passes" in text
+    assert "2 more pairs of architecture and scenario" in text
+    page = lxml_html.document_fromstring(render(report.model_copy(update={"failing": None})))
+    assert not page.xpath("//*[@id='where'] | //a[@href='#where']")

@@ -3,10 +3,7 @@
 import json
 from collections.abc import Callable
 from dataclasses import replace
-from types import SimpleNamespace
-from typing import Any
 
-import numpy as np
 import pytest
 
 from adeye.campaign.plan import CampaignPlan
@@ -16,19 +13,11 @@ from adeye.judge.pairing import NOT_RUN
 from adeye.judge.verdict import FAIL, INCONCLUSIVE, INVALID, PASS, VACUOUS
 from adeye.report.where.records import Separation, Site
 from adeye.report.where.tell import Cases, cases_of, tell_where
-from adeye.store.read.bulk import Labels
 from adeye.store.write.queue import NamedCase
 from adeye.sweep.case import TestCase
-from tests.project import Executed, Project, one_scenario
+from tests.project import Executed, Project
+from tests.report.where.planting import AXES, SAFE, compared_of
 from tests.sql import rows
-
-AXES: dict[str, list[Any]] = {
-    "gap": ["20 m", "24 m", "28 m", "32 m", "40 m"],
-    "ego_speed": ["80 km/h", "100 km/h", "120 km/h"],
-    "architecture.sensors.front_radar.range": ["80 m", "120 m", "160 m"],
-}
-GRID = one_scenario("cut_in", "none", "front_camera_out", **AXES)
-SAFE = {**GRID, "architectures": ["architectures/camera_radar.yaml"]}
 
 
 def planted(plan: CampaignPlan, verdict: Callable[[TestCase], int]) -> Site:
@@ -38,23 +27,9 @@ def planted(plan: CampaignPlan, verdict: Callable[[TestCase], int]) -> Site:
 
 
 def sites(plan: CampaignPlan, verdicts: list[int]) -> list[Cases]:
-    cases = plan.cases
-    codes = np.array(verdicts).reshape(-1, 1)
-    compared: Any = SimpleNamespace(
-        fsrs=("FSR-1",),
-        verdict=codes,
-        scenario=Labels.of([case.scenario_id for case in cases]),
-        architecture=Labels.of([case.architecture.architecture for case in cases]),
-        fault_entry=Labels.of([case.fault_entry for case in cases]),
-        place=Labels.of([json.dumps(dict(case.point)) for case in cases]),
-        replicate=np.array([case.replicate for case in cases]),
-        margin=np.where(codes == FAIL, -1.0, 1.0),
-        robustness=np.where(codes == FAIL, -0.1, 0.1),
-        measured=np.zeros_like(codes),
-        units=("m",),
-        result=tuple(case.digest for case in cases),
+    return list(
+        cases_of(compared_of(plan, {"FSR-1": verdicts}), "FSR-1", plan.record().odd.content)
     )
-    return list(cases_of(compared, "FSR-1", plan.record().odd.content))
 
 
 def point(case: TestCase) -> tuple[float, float, str]:
@@ -126,6 +101,15 @@ def test_what_no_box_holds_is_told_by_several_with_what_each_misses(project: Pro
     first, second = site.separations
     assert (first.faults, first.where, first.outside.failed) == (("front_camera_out",), (), 9)
     assert (second.where, second.inside.failed, second.outside.failed) == (("gap == 20 m",), 9, 0)
+
+
+def test_failure_that_no_three_axes_hold_apart_has_no_condition(project: Project) -> None:
+    project.write("odd/tested.yaml", SAFE)
+    plan = project.plan()
+    site = planted(plan, lambda case: FAIL if case == plan.cases[0] else PASS)
+    (found,) = site.separations
+    assert (found.where, found.faults, found.keyword.count("=")) == ((), (), 2)
+    assert (found.inside.failed, found.inside.passed) == (1, len(plan.cases) - 1)
 
 
 def test_what_is_no_pass_is_never_counted_as_one(project: Project) -> None:
