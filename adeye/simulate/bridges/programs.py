@@ -545,10 +545,31 @@ def _readable(program: str, files: Sequence[Path]) -> list[str]:
         files: By their resolved paths.
     """
     software = _software(program, os.environ.get("PATH", os.defpath))
-    mine = {Path("/"), Path.home(), *(folder for file in files for folder in file.parents)}
-    found = [*map(str, files), *(folder for folder in software if Path(folder) not in mine)]
+    owned = {folder for file in (*files, *_homes()) for folder in file.parents}
+    mine = set(map(_place, owned))
+    found = [*map(str, files), *(folder for folder in software if _place(folder) not in mine)]
     inside = tuple(f"{folder}/" for folder in found)
     return [path for path in found if not path.startswith(inside)]
+
+
+def _place(folder: str | Path) -> tuple[int, int]:
+    """Return what a folder is, by whatever name: links and mounts have the same."""
+    try:
+        state = os.stat(folder)  # noqa: PTH116 - of texts as well
+    except OSError:
+        return -1, -1
+    return state.st_dev, state.st_ino
+
+
+@lru_cache(maxsize=1)
+def _homes() -> tuple[Path, ...]:
+    """Return a name in each folder that is the user's home."""
+    import pwd  # POSIX only, as all that starts a program
+
+    known = {os.path.expanduser("~")}  # noqa: PTH111 - it never fails
+    with suppress(KeyError):  # containers have users that nobody knows
+        known.add(pwd.getpwuid(os.getuid()).pw_dir)
+    return tuple(Path(os.path.realpath(folder), "x") for folder in sorted(known))
 
 
 @lru_cache(maxsize=64)

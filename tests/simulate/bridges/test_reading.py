@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from adeye.signals import OK, SILENT, Observation
+from adeye.simulate.bridges import programs
 from adeye.simulate.bridges.master import simulate
 from adeye.simulate.bridges.programs import Broken, Ceilings, Children
 from adeye.simulate.bridges.warden import has_landlock
@@ -117,8 +118,21 @@ def test_folder_of_the_path_that_holds_a_counted_file_is_no_software(
     (file.parent / "bin").mkdir()
     other = file.with_name("other.csv")
     other.write_text("1.5\n")
-    monkeypatch.setenv("PATH", f"{file.parent}/bin:{file.parent}:{os.environ['PATH']}")
-    assert answer(reading(other), [file]) == DENIED.encode()
+    link = file.parent.with_name("link")
+    link.symlink_to(file.parent)
+    for at in (file.parent, link, file.parent / "bin" / ".." / "bin" / ".."):
+        monkeypatch.setenv("PATH", f"{at}/bin:{at}:{os.environ['PATH']}")
+        assert answer(reading(other), [file]) == DENIED.encode()
+
+
+def test_home_is_no_software_around_its_bin(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "bin").mkdir()
+    (tmp_path / "mine").write_text("mine\n")
+    monkeypatch.setattr(programs, "_homes", lambda: (tmp_path / "x",))
+    monkeypatch.setenv("PATH", f"{tmp_path}/bin:{os.environ['PATH']}")
+    assert answer(reading(tmp_path / "mine")) == DENIED.encode()
 
 
 def drive(folder: Path, files: Sequence[str]) -> tuple[int, str]:
