@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator, Mapping
 from copy import copy
 from dataclasses import dataclass
 from importlib import import_module
+from types import ModuleType
 from typing import Any, Final
 
 import typer
@@ -247,11 +249,43 @@ def _command(name: str, verb: Verb) -> Any:
     return command
 
 
+class _Later(type):
+    """A class that is imported when it is first used."""
+
+    def _real(cls) -> Any:
+        return getattr(import_module(cls.__module__), cls.__name__)
+
+    def __call__(cls, *given: Any, **named: Any) -> Any:
+        return cls._real()(*given, **named)
+
+    def __getattr__(cls, name: str) -> Any:
+        return getattr(cls._real(), name)
+
+
+class _LaterModule(ModuleType):
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return _Later(name, (), {"__module__": self.__name__})
+
+
+def _import_drawing() -> None:
+    """Import what draws help, without what it never draws here: half of the time it would take."""
+    wanted = {"rich.markdown", "rich.traceback"} - sys.modules.keys()
+    sys.modules.update({name: _LaterModule(name) for name in wanted})
+    try:
+        import_module("typer.rich_utils")
+    finally:
+        for name in wanted:
+            del sys.modules[name]
+
+
 class _Group(TyperGroup):
     """Verbs of one family."""
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Write the help as it stands."""
+        _import_drawing()
         super(_Group, as_it_stands(self, ctx)).format_help(ctx, formatter)
 
 

@@ -24,7 +24,10 @@ from tests.project import Executed
 
 
 ROOT = Path(__file__).parents[2]
-HEAVY = "numpy pandas sqlalchemy numba highway_env scipy pydantic rich.live yaml mcap foxglove osi3"
+HEAVY = (
+    "numpy pandas sqlalchemy numba highway_env scipy pydantic rich.live yaml mcap foxglove osi3 "
+    "markdown_it pygments"
+)
 
 
 def verbs(command: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
