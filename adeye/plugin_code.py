@@ -39,8 +39,8 @@ _EXECUTED: Final[dict[str, str]] = {}
 """Hash of the source that each module of a plug-in's package was executed from."""
 _LOOKED: Final[dict[str, float]] = {}
 """When the modules of each such package were last compared with their files [s since 1970]."""
-_NAMED: Final[dict[tuple[str, ...], str]] = {}
-"""Hash of the data of each part when it was loaded first, by its name and their places."""
+_NAMED: Final[dict[str, str]] = {}
+"""Hash of each file of data as it was when a part that reads it was first loaded, by its place."""
 _HASHED: Final[set[str]] = set()
 """Files that are in an identity, as they are without links."""
 _FILES: Final = "adeye_files"
@@ -645,9 +645,10 @@ def require_unwritten(name: str, files: Iterable[File], since: float) -> None:
 
 
 def require_unkept(name: str, files: Sequence[File]) -> None:
-    """Refuse data that changed since a plug-in was first loaded here: somebody may have kept it.
+    """Refuse data that changed since a plug-in first read it here: somebody may have kept it.
 
-    The file is executed anew, and the modules that it imports, whosever they are, are not.
+    The file is executed anew, and the modules that it imports, whosever they are, are not. They may
+    have kept what they read for another plug-in, too.
 
     Args:
         name: The part, as the user wrote it.
@@ -656,11 +657,12 @@ def require_unkept(name: str, files: Sequence[File]) -> None:
     Raises:
         SpecError: Its data is not what it was.
     """
-    data = {str(path): path for _, path in files if path.suffix not in _IMPORTABLE}
-    now = files_digest(data.items())
-    if _NAMED.setdefault((name, *sorted(data)), now) != now:
+    for path in dict.fromkeys(path for _, path in files if path.suffix not in _IMPORTABLE):
+        now = files_digest([("", path)])
+        if _NAMED.setdefault(os.path.realpath(path), now) == now:
+            continue
         raise SpecError(
-            f"{name}: this process may hold what {' or '.join(data)} was before it was written",
+            f"{name}: this process may hold what {path} was before it was written",
             remedy="Start again in a new process (a notebook: a new kernel).",
         )
 

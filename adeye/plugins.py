@@ -50,7 +50,6 @@ Entering = Callable[[str], AbstractContextManager[None]]
 _FORM: Final = "Write module:Class, or ./file.py:Class relative to the file that names it."
 _LABEL: Final = "adeye_plugin_"
 _CACHE: dict[tuple[str, str, str], Part] = {}
-_SEEN: dict[Path, str] = {}
 
 LARGEST_FILE: Final = 2**30
 """Largest file that is hashed [bytes]. Our choice: weights of the networks that drive are smaller,
@@ -203,18 +202,7 @@ def read_file(owner: str, name: str, base_dir: Path) -> ReadFile:
         found = file_digest(path)
     except OSError as error:
         raise _unreadable(name, error) from error
-    if _SEEN.setdefault(path, found) != found:
-        _SEEN[path] = found
-        _forget_files()
     return ReadFile(owner, name, path, found)
-
-
-def _forget_files() -> None:
-    """Let plug-ins in files be executed again: what they read when they were may be outdated."""
-    for label in [label for label in sys.modules if label.startswith(_LABEL)]:
-        del sys.modules[label]
-    for key in [key for key in _CACHE if key[0].endswith(".py")]:
-        del _CACHE[key]
 
 
 def require(part: Part, kind: str, methods: Sequence[str]) -> None:

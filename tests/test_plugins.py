@@ -188,6 +188,10 @@ def test_data_that_somebody_may_have_kept_is_not_exchanged(folder: Path) -> None
         load_part("./alone.py:Mine", folder)
     # Nor is it executed with what is refused, which it might keep.
     assert (folder / "seen.txt").read_text() == "1"
+    # Whoever names it: what both import may have kept it.
+    (folder / "other.py").write_text(source)
+    with pytest.raises(SpecError, match=r"this process may hold what .*gain\.txt was before"):
+        load_part("./other.py:Mine", folder)
     (folder / "gain.txt").write_text("1")
     assert load_part("./alone.py:Mine", folder).build().compute() == "1"
 
@@ -457,19 +461,6 @@ def test_who_reads_a_file_and_under_which_name_counts(folder: Path) -> None:
     part = load_part("./mine.py:Mine", folder)
     read = [read_file(owner, name, folder) for owner in ("a", "b") for name in ("one", "two")]
     assert len({plugins_digest([part], [file]) for file in read}) == 4
-
-
-def test_code_is_executed_again_when_what_it_read_has_changed(folder: Path) -> None:
-    (folder / "gain.txt").write_text("1.0")
-    (folder / "reading.py").write_text(
-        "from pathlib import Path\n"
-        "GAIN = float((Path(__file__).parent / 'gain.txt').read_text())\n"
-        "def gain():\n    return GAIN\n"
-    )
-    for text in ("1.0", "2.0", "2.0"):
-        (folder / "gain.txt").write_text(text)
-        read_file("channels.mine", "gain.txt", folder)
-        assert load_part("./reading.py:gain", folder).obj() == float(text)
 
 
 READING = """from pathlib import Path

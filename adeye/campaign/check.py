@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from pydantic import BaseModel
 
-from adeye.campaign.parts import Parts, load_code, named_files
+from adeye.campaign.parts import Parts, check_driver_words, check_words, load_code, named_files
 from adeye.errors import (
     ExpressionError,
     InputError,
@@ -604,8 +604,17 @@ def _check_delay(fault: Fault, step: float, where: SourceLocation, said: str = "
 
 
 def _check_variant(files: OddFiles, section: Section, shared: Shared) -> None:
-    where = section.group.where
-    if shared.scenario is not files.scenarios[shared.scenario_id].spec:
+    where, loaded = section.group.where, files.scenarios[shared.scenario_id]
+    check_driver_words(replace(loaded, spec=shared.scenario))
+    written = loaded.spec
+    if shared.scenario is not written:
+        if _driven_by(shared.scenario) != _driven_by(written):
+            # A result names the FMU of its scenario, not that of a variant.
+            raise SpecError(
+                "with the swept values, another FMU drives an actor",
+                where=where,
+                remedy="Write a scenario for each, with extends.",
+            )
         for loc, message in check_scenario(shared.scenario, files.odd.spec.beyond_plausible):
             path = tuple(map(str, loc))
             place = author(files, section.group, shared.scenario, path)
@@ -617,9 +626,14 @@ def _check_variant(files: OddFiles, section: Section, shared: Shared) -> None:
             _check_onset(fault, shared.scenario, shared.scenario_id, where)
 
 
+def _driven_by(scenario: LogicalScenario) -> dict[str, tuple[str, str]]:
+    return {name: (item.file, item.digest) for name, item in scenario.drivers.items()}
+
+
 def _check_parts(loaded: Loaded[Any], shared: Shared, where: SourceLocation) -> None:
     with placed(where, "with the swept values, ", caught=InputError):
-        parts = load_code(replace(loaded, spec=shared.architecture))
+        parts = load_code(varied := replace(loaded, spec=shared.architecture))
+        check_words(varied)
         is_other = named_files(shared.architecture) != named_files(loaded.spec)
         if is_other or parts.digest != load_code(loaded).digest:
             # A result names the code of its architecture, not that of a variant.

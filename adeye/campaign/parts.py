@@ -29,6 +29,7 @@ from adeye.plugin_code import (
     code_digest,
     files_digest,
     imports_beside,
+    require_unkept,
     sealed,
     spec_files,
     with_imports,
@@ -40,7 +41,12 @@ from adeye.simulate.channels.factory import BUILT_IN as BUILT_IN_CHANNELS
 from adeye.simulate.channels.factory import make_channel, plugin_channel
 from adeye.simulate.channels.fmu import wire_channel
 from adeye.simulate.channels.policy import load_policy
-from adeye.simulate.channels.process.channel import HERE, command_files, find_program
+from adeye.simulate.channels.process.channel import (
+    HERE,
+    command_files,
+    counted_files,
+    find_program,
+)
 from adeye.simulate.sensors.fmu import wire_sensor
 from adeye.simulate.traffic.plant import wire_plant
 from adeye.spec.channels import (
@@ -65,6 +71,7 @@ if TYPE_CHECKING:
     from adeye.judge.series import TraceSeries
     from adeye.spec.architecture import Architecture
     from adeye.spec.load import Loaded, OddFiles
+    from adeye.spec.scenario import LogicalScenario
 
 # --- Plug-ins and monitors of an architecture, loaded and checked at plan time --------------------
 
@@ -99,7 +106,11 @@ def load_parts(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> 
         SpecError: A plug-in does not load, its parameters are not valid, or a file that it reads
             is not there.
     """
-    return replace(load_code(loaded, metrics), files=tuple(_files(loaded)))
+    found = replace(load_code(loaded, metrics), files=tuple(_files(loaded)))
+    check_words(loaded)
+    for channel in loaded.spec.channels:  # what was written while code was executed
+        _require_unkept(loaded, channel)
+    return found
 
 
 def load_code(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> Parts:
@@ -116,6 +127,7 @@ def load_code(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> P
         if isinstance(sensor, PluginSensor):
             named.append(_plugin(loaded, ("sensors", name), sensor, "sensor", ("sense",)))
     for name, channel in loaded.spec.channels.items():
+        _require_unkept(loaded, name)
         if isinstance(channel, PolicyChannel):
             where = loaded.locate(("channels", name, "parameters", "policy"))
             with placed(where, keeps_place=True):
@@ -149,6 +161,14 @@ def load_code(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> P
     return Parts(tuple(named), tuple(monitors), metrics)
 
 
+def _require_unkept(loaded: Loaded[Architecture], channel: str) -> None:
+    """Refuse files that changed since code which reads them was executed in this process."""
+    spec, folder = loaded.spec.channels[channel], loaded.path.parent
+    if isinstance(spec, PluginChannel | PolicyChannel):
+        named = [(name, folder / name) for name in spec.files if (folder / name).is_file()]
+        require_unkept(f"channel {channel}", named)
+
+
 def _check_fmus(loaded: Loaded[Architecture]) -> None:
     """Look whether the FMUs of vehicle and sensors are there, and wired to what they have."""
     for loc, use in loaded.spec.fmus.items():
@@ -173,12 +193,12 @@ def _require_program(loaded: Loaded[Architecture], name: str, channel: HostedCha
 
 
 def named_files(architecture: Architecture) -> dict[str, tuple[str, ...]]:
-    """List the files that each channel names, as written: those that it reads, its program."""
-    return {
-        name: tuple(file for _, file in files)
+    """List the files that each channel names, as written, its program with them; and other FMUs."""
+    named = {
+        f"channels.{name}": tuple(file for _, file in _named(architecture, name))
         for name in architecture.channels
-        if (files := _named(architecture, name))
     }
+    return named | {".".join(loc): (use.file,) for loc, use in architecture.fmus.items()}
 
 
 def _named(architecture: Architecture, name: str) -> list[tuple[plugins.Loc, str]]:
@@ -200,7 +220,6 @@ def _files(loaded: Loaded[Architecture]) -> Iterator[ReadFile]:
         name = ".".join(place)
         with placed(loaded.locate((*place, "file")), f"{name}: "):
             yield plugins.read_file(name, use.file, loaded.path.parent)
-        _require_in_fmu(loaded, place, use)
     for channel, spec in loaded.spec.channels.items():
         found: dict[Path, str] = {}
         for loc, name in _named(loaded.spec, channel):
@@ -218,10 +237,6 @@ def _files(loaded: Loaded[Architecture]) -> Iterator[ReadFile]:
             if len(found) == 1 and isinstance(spec, CommandChannel):
                 found[file.path] = spec.parameters.command[0]
             yield file
-        if isinstance(spec, FmuChannel):
-            _require_in_fmu(loaded, ("channels", channel, "parameters"), spec.parameters)
-        if isinstance(spec, CommandChannel):
-            _require_counted(loaded, channel, spec, found)
         # What Python finds beside its program is a part of it, listed or not.
         with placed(loaded.locate(("channels", channel)), f"channel {channel}: "):
             beside = {path for file, by in found.items() for path in imports_beside(file, by)}
@@ -230,7 +245,29 @@ def _files(loaded: Loaded[Architecture]) -> Iterator[ReadFile]:
             yield plugins.read_file(f"channels.{channel}", name, loaded.path.parent)
 
 
-def _require_in_fmu(loaded: Loaded[Architecture], place: Loc, use: FmuUse) -> None:
+def check_words(loaded: Loaded[Architecture]) -> None:
+    """Refuse words, values and start values that mean files which no identity has.
+
+    Raises:
+        SpecError: One does.
+    """
+    for place, use in loaded.spec.fmus.items():
+        _require_in_fmu(loaded, place, use)
+    for channel, spec in loaded.spec.channels.items():
+        if isinstance(spec, FmuChannel):
+            _require_in_fmu(loaded, ("channels", channel, "parameters"), spec.parameters)
+        if isinstance(spec, CommandChannel):
+            counted = counted_files(spec.parameters.command, spec.files, loaded.path.parent)
+            _require_counted(loaded, channel, spec, counted)
+
+
+def check_driver_words(loaded: Loaded[LogicalScenario]) -> None:
+    """Do as ``check_words`` with the FMUs that drive actors of a scenario."""
+    for name, driver in loaded.spec.drivers.items():
+        _require_in_fmu(loaded, ("actors", name, "driver"), driver)
+
+
+def _require_in_fmu(loaded: Loaded[Any], place: Loc, use: FmuUse) -> None:
     """Refuse start values of an FMU that mean files: it may read them, and no identity has them."""
     words: list[tuple[Loc, str]]
     words = [(("start", *loc), text) for loc, text in texts_in(use.start)]
@@ -273,7 +310,7 @@ def _paths_as_keys(content: Any, loc: Loc = ()) -> Iterator[tuple[Loc, str]]:
 
 
 def _require_no_other_file(
-    loaded: Loaded[Architecture],
+    loaded: Loaded[Any],
     place: Loc,
     words: Iterable[tuple[Loc, str]],
     counted: Container[Path],

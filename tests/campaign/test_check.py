@@ -230,6 +230,63 @@ def test_policy_is_part_of_the_identity_and_not_swept(project: Path, load: Load)
             check(load({"parameters": {f"{nominal}.{axis}": values}}))
 
 
+def test_fmu_of_a_vehicle_is_part_of_the_identity_and_not_swept(project: Path, load: Load) -> None:
+    pytest.importorskip("fmpy", reason="needs adeye[fmi]")
+    fmus = project / "odd" / "architectures" / "fmus"
+    shutil.copy(fmus / "single_track.fmu", fmus / "other.fmu")
+    vehicle = {"architectures": ["architectures/fmu_vehicle.yaml"]}
+    plant = "architecture.vehicle.plant"
+    check(load({"parameters": {f"{plant}.sub_steps": [1, 2]}}, **vehicle))
+    named = ["./fmus/single_track.fmu", "./fmus/other.fmu"]
+    with pytest.raises(SpecError, match="another plug-in, policy or file"):
+        check(load({"parameters": {f"{plant}.file": named}}, **vehicle))
+
+
+def test_swept_value_of_a_program_names_no_file(project: Path, load: Load) -> None:
+    folder = project / "odd" / "architectures"
+    (folder / "drive.py").write_text("", encoding="utf-8")
+    program = "kind: process\n    parameters: {command: [python3, ./drive.py], values: {net: a}}"
+    replace(folder / "camera_radar.yaml", "kind: nominal", program)
+    axis = "architecture.channels.nominal.parameters.values.net"
+    check(load({"parameters": {axis: ["a", "b"]}}))
+    with pytest.raises(SpecError, match="means a file or folder in no identity"):
+        check(load({"parameters": {axis: ["a", "./camera_radar.yaml"]}}))
+
+
+def test_fmu_that_drives_an_actor_is_not_swept(project: Path, load: Load) -> None:
+    pytest.importorskip("fmpy", reason="needs adeye[fmi]")
+    folder = project / "scenarios_db" / "motorway"
+    for name in ("one", "other"):
+        source = project / "odd" / "architectures" / "fmus" / "follow_and_keep.fmu"
+        shutil.copy(source, folder / f"{name}.fmu")
+    driven: dict[str, Any] = {
+        "extends": "lead_braking.yaml",
+        "scenario": "driven",
+        "storyboard": None,
+        "realised": None,
+        "actors": {
+            "lead": {
+                "reactive": None,
+                "driver": {
+                    "file": "./one.fmu",
+                    "inputs": {"v": "own.speed", "v_set": "own.desired_speed"},
+                    "outputs": {"acceleration": "a"},
+                },
+            }
+        },
+    }
+    (folder / "driven.yaml").write_text(yaml.safe_dump(driven), encoding="utf-8")
+    axis = {"scenario.actors.lead.driver.file": ["./one.fmu", "./other.fmu"]}
+    uses = {"scenarios": [{"use": "driven", "sweep": {"parameters": axis}}]}
+    with pytest.raises(SpecError, match="another FMU drives an actor"):
+        check(load(**uses))
+    driver = driven["actors"]["lead"]["driver"]
+    driver["start"] = {"table": "./lead_braking.yaml"}
+    (folder / "driven.yaml").write_text(yaml.safe_dump(driven), encoding="utf-8")
+    with pytest.raises(SpecError, match="means a file or folder in no identity"):
+        check(load(scenarios=[{"use": "driven"}]))
+
+
 def test_fault_without_a_meaning_for_its_target(load: Load) -> None:
     bias = {"model": "bias", "signal": "range_rate", "size": "1 m/s"}
     for fault, key, said in (

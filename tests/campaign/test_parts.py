@@ -13,6 +13,7 @@ from typing import Any
 
 import pytest
 
+from adeye import plugin_code
 from adeye.campaign import parts as delivered
 from adeye.errors import InputError, IntegrityError, SpecError
 from adeye.judge.metrics import METRICS, register_metric
@@ -144,7 +145,11 @@ def test_content_of_a_file_that_a_channel_reads_is_part_of_the_identity(project:
     weights.write_bytes(b"first")
     first = listed(project, "weights.bin")
     weights.write_bytes(b"again")
+    # This process has executed code with what it was.
+    refused(SpecError, listed, project, "weights.bin", says="may hold what .*weights.bin was")
+    plugin_code._NAMED.clear()  # as in a new process
     again = listed(project, "weights.bin")
+    plugin_code._NAMED.clear()
     weights.write_bytes(b"first")
     assert [file.owner for file in first.files] == ["channels.own"]
     assert len({without.digest, first.digest, again.digest}) == 3
@@ -333,7 +338,7 @@ def test_start_values_of_an_fmu_name_no_file(project: Project) -> None:
         }
         candidate["channels"]["nominal"].update(kind="fmu", parameters=parameters)
     loaded = load_architecture(project.folder / CANDIDATE)
-    caught = refused(SpecError, lambda: [*delivered._files(loaded)], says="in no identity")
+    caught = refused(SpecError, delivered.check_words, loaded, says="in no identity")
     assert "Put the file into the resources" in str(caught)
 
 

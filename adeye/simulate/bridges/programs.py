@@ -527,9 +527,10 @@ def _environment() -> dict[str, str]:
 
 _SYSTEM: Final = (
     *("/bin", "/sbin", "/usr", "/opt", "/lib", "/lib32", "/lib64", "/libx32", "/etc"),
-    *("/dev", "/proc", "/sys", "/run", "/var/lib", "/var/cache", "/nix", "/gnu", "/snap"),
+    *("/dev", "/proc", "/sys", "/nix", "/gnu", "/snap", "/run/current-system"),
+    *("/run/systemd/resolve", "/run/resolvconf", "/run/NetworkManager", "/run/nscd"),
 )
-"""Where systems keep software and themselves."""
+"""Where systems keep software and themselves; below /run are also disks of people."""
 _PROGRAMS: Final = {"bin", "sbin", "shims"}
 """How folders of programs are called that belong to what is around them."""
 
