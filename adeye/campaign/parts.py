@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
+import yaml
 
 from adeye import plugins
 from adeye.errors import IntegrityError, SpecError, UsageError, placed
@@ -57,7 +58,8 @@ from adeye.spec.channels import (
     PluginChannel,
     PolicyChannel,
 )
-from adeye.spec.document import Loc, texts_in
+from adeye.spec.document import Loc, parse_document, texts_in
+from adeye.spec.load import Loaded
 from adeye.spec.programs import FmuUse, Plant
 from adeye.spec.quantity import IDENTIFIER
 from adeye.spec.sensors import FmuSensor, PluginSensor
@@ -70,7 +72,7 @@ if TYPE_CHECKING:
     from adeye.judge.metrics.registry import Measure
     from adeye.judge.series import TraceSeries
     from adeye.spec.architecture import Architecture
-    from adeye.spec.load import Loaded, OddFiles
+    from adeye.spec.load import OddFiles
     from adeye.spec.scenario import LogicalScenario
 
 # --- Plug-ins and monitors of an architecture, loaded and checked at plan time --------------------
@@ -111,6 +113,24 @@ def load_parts(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> 
     for channel in loaded.spec.channels:  # what was written while code was executed
         _require_unkept(loaded, channel)
     return found
+
+
+def digest_now(architecture: Architecture, folder: Path, metrics: tuple[Part, ...] = ()) -> str:
+    """Hash what an architecture names that a database holds, as ``Parts.digest``.
+
+    Args:
+        architecture: As it is stored.
+        folder: Of the file that it was written in.
+        metrics: Of the ODD.
+
+    Raises:
+        SpecError: Something that it names is not there any more.
+    """
+    name = architecture.architecture
+    text = yaml.safe_dump(architecture.model_dump(mode="json"), allow_unicode=True)
+    document = parse_document(text, f"architecture {name} of the database")
+    stored = Loaded(architecture, document.value, folder / f"{name}.yaml", (document,))
+    return load_parts(stored, metrics).digest
 
 
 def load_code(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> Parts:

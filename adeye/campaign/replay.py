@@ -7,23 +7,25 @@ time, so memory does not grow with the campaign.
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
 from itertools import takewhile
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, BinaryIO, Final, TypeVar
 
-from adeye.campaign.parts import use_plugin_metrics
+from adeye.campaign.parts import digest_now, use_plugin_metrics
 from adeye.campaign.plan import folder_of_plugins, recreate
 from adeye.campaign.run import Progress, fitting
 from adeye.campaign.traces import kept_trace
 from adeye.campaign.work import WorkContext, evaluate, grouped, signals_of
-from adeye.errors import InputError, IntegrityError, UsageError, suggest
+from adeye.errors import InputError, IntegrityError, SpecError, UsageError, suggest
 from adeye.fields import fields_of
+from adeye.identity import file_digest
 from adeye.judge.requirements import requirement_digest
 from adeye.kernel.relation import tick_time
 from adeye.outputs import replacing
+from adeye.plugins import locate_file
 from adeye.simulate.channels.process.protocol import Witness
 from adeye.simulate.engine import identity
 from adeye.simulate.traffic import VARIANTS
@@ -46,6 +48,7 @@ if TYPE_CHECKING:
     from adeye.judge.trace_signals import TraceSignals
     from adeye.judge.uncertainty import NumericUncertainty
     from adeye.spec.concept import Requirement
+    from adeye.spec.scenario import Driver
     from adeye.store.records import CampaignInfo, RunRef, StoredCase, StoredRun
 
 # --- Show a stored run, and run it again to compare every bit of its trace ------------------------
@@ -197,7 +200,7 @@ def recall(repository: Repository, run: RunRef) -> Recalled:
     work = WorkContext(
         backend=str(stored.row["backend"]),
         variant=_known_variant(stored.row),
-        # If its own bits come again, what is executed beside it is of the same engine.
+        # What is executed beside it is of the same engine, see ``require_same_code``.
         engines={name: of_row(EngineKey, stored.row)},
         folders=folders,
         requirements=() if run.is_drive else concept.requirements,
@@ -512,6 +515,45 @@ def recalled_parts(repository: Repository, runs: Sequence[RunRef]) -> Iterator[l
     ordered = sorted(runs, key=lambda run: (run.campaign, run.ordinal))
     for first in range(0, len(ordered), PART_RUNS):
         yield [recall(repository, run) for run in ordered[first : first + PART_RUNS]]
+
+
+def require_same_code(runs: Iterable[Recalled]) -> None:
+    """Refuse to execute anything beside runs with other plug-ins, programs, FMUs or files.
+
+    That its own bits come again does not tell: code that changed may differ only where a run has
+    never been.
+
+    Raises:
+        IntegrityError: What executed one is not here.
+    """
+    looked: dict[tuple[str, ...], str] = {}
+    for item in runs:
+        architecture, drivers = item.case.architecture, item.case.scenario.drivers
+        name, then = architecture.architecture, str(item.stored.row["plugins_digest"])
+        is_same = True
+        if then:
+            folder = item.work.folders[name]
+            metrics = use_plugin_metrics(item.work.metrics, item.work.odd_folder)
+            key = (name, str(folder), then, *(part.source_digest for part in metrics))
+            if key not in looked:
+                looked[key] = ""
+                with suppress(SpecError):
+                    looked[key] = digest_now(architecture, folder, metrics)
+            is_same = looked[key] == then
+        folder = item.work.folders.get(item.case.place_key, Path())
+        if not is_same or not all(_is_there(driver, folder) for driver in drivers.values()):
+            raise IntegrityError(
+                f"run {item.run.result_digest[:12]}: a plug-in, program or FMU that executed it, "
+                "or a file that one reads, is no longer what it was. Run the campaign again with "
+                "what is here, and ask again"
+            )
+
+
+def _is_there(driver: Driver, folder: Path) -> bool:
+    try:
+        return file_digest(locate_file(driver.file, folder)) == driver.digest
+    except (SpecError, OSError):
+        return False
 
 
 def together(items: Iterable[T], recalled_of: Callable[[T], Recalled]) -> Iterator[list[T]]:

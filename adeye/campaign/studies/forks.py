@@ -134,11 +134,12 @@ def make_forks(
 
     Raises:
         InputError: A run has no such channel or tick, or is a fork itself.
-        IntegrityError: A run does not come out as it was recorded, or a fork differs from it
-            before its tick.
+        IntegrityError: What executed a run is not here, it does not come out as it was recorded, or
+            a fork differs from it before its tick.
     """
     for recalled, override in wanted:
         _check(recalled, override)
+    replay.require_same_code(recalled for recalled, _ in wanted)
     for part in replay.together(wanted, lambda item: item[0]):
         yield list(_fork_together(repository, part))
 

@@ -8,7 +8,14 @@ from typing import TYPE_CHECKING, Any, Final
 
 from adeye.campaign.executors import InProcess, Threads
 from adeye.campaign.plan import Contents
-from adeye.campaign.replay import MOST_TOGETHER, Counter, Recalled, Report, recalled_parts
+from adeye.campaign.replay import (
+    MOST_TOGETHER,
+    Counter,
+    Recalled,
+    Report,
+    recalled_parts,
+    require_same_code,
+)
 from adeye.campaign.work import describe, evaluate, grouped
 from adeye.errors import InputError, IntegrityError, UsageError, require_known
 from adeye.judge.preventability import CellCount, Comparison, is_conflict, tabulate_cells
@@ -214,6 +221,7 @@ def _drive(
     contents = Contents()
     drivers: dict[tuple[str, str, float], Architecture] = {}
     wanted: dict[str, _Wanted] = {}
+    require_same_code(recalled for recalled, _ in drives if recalled.case.fmus)
     for recalled, model in drives:
         case, work = recalled.case, recalled.work
         vehicle = case.architecture.vehicle
@@ -225,7 +233,9 @@ def _drive(
             case, architecture=drivers[key], faults=(), fault_entry=NO_FAULT, override=None
         )
         now = identity(work.backend, work.variant)
-        engine = EngineKey(work.backend, now.variant, now.numerics_version)
+        # Of all that is from outside only the FMU that moves the vehicle is left.
+        code = "" if vehicle.plant is None else str(recalled.stored.row["plugins_digest"])
+        engine = EngineKey(work.backend, now.variant, now.numerics_version, code)
         digest = engine.result_digest(driven.digest)
         drive = DriveRecord(recalled.run.result_digest, model, edition, digest)
         if digest not in wanted:
