@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 from functools import partial
 from pathlib import Path
@@ -63,6 +64,11 @@ def gate(
     from adeye.report.gate.changes import Tolerances
     from adeye.reporting import GateOptions, gate_campaign
 
+    if baseline is None and os.environ.get("ADEYE_GATE_BASELINE") == "":
+        raise UsageError(
+            "ADEYE_GATE_BASELINE is empty",
+            remedy="Name the baseline's file in it, or unset it to judge the campaign alone.",
+        )
     if (update or accept_incomplete or tolerance) and baseline is None:
         raise UsageError(
             "--update, --accept-incomplete and --tolerance are about a baseline",

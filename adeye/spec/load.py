@@ -249,14 +249,16 @@ def _architectures(
                 item = read_name(name, where) or _load(_beside(path, name, where), Architecture)
                 made.append((item, where))
     usual = shipped("odd") / "architectures" / "reference_cc.yaml"
-    others = (item.content for item, _ in made if isinstance(item, Loaded))
-    vehicle = (next(others, None) or load_document(usual).value)["vehicle"]
+    first = next((item for item, _ in made if isinstance(item, Loaded)), None)
+    vehicle = (first.content if first else load_document(usual).value)["vehicle"]
     found: dict[str, Loaded[Architecture]] = {}
     for item, where in made:
         if isinstance(item, Loaded):
             loaded = item
         elif odd is not None:
-            loaded = _reference(item, vehicle, odd, where)
+            # An FMU that moves the vehicle lies where it is named.
+            place = first.path if first and vehicle.get("plant") else odd.path
+            loaded = _reference(item, vehicle, odd, (where, place))
         else:
             # It decides at the step of the ODD, which cannot be told.
             continue
@@ -280,12 +282,23 @@ def _concept(path: Path, written: _Merged) -> Loaded[Concept] | None:
 
 
 def _reference(
-    name: ReferenceName, vehicle: Mapping[str, Any], odd: Loaded[Odd], where: SourceLocation
+    name: ReferenceName,
+    vehicle: Mapping[str, Any],
+    odd: Loaded[Odd],
+    at: tuple[SourceLocation, Path],
 ) -> Loaded[Architecture]:
-    """Make the architecture of a reference driver, as if it were written where it is named."""
+    """Make the architecture of a reference driver, as if it were written where it is named.
+
+    Args:
+        name: Of the driver.
+        vehicle: That it drives.
+        odd: That names it.
+        at: Where, and the file that files of the vehicle are named in.
+    """
+    where, path = at
     content = reference_content(name, vehicle, f"{1.0 / odd.spec.step!r} Hz", "0 s")
     document = Document(where.path, content, {(): where}, {})
-    return Loaded(validate(document, Architecture), content, odd.path, (document,))
+    return Loaded(validate(document, Architecture), content, path, (document,))
 
 
 def load_scenario(path: str | Path) -> Loaded[LogicalScenario]:

@@ -107,6 +107,13 @@ def test_wrong_options_are_refused(adeye: Any, of_mini: Any, baseline: Path) -> 
         assert said in adeye("gate", *of_mini, *options).refused
 
 
+def test_baseline_that_a_variable_leaves_empty_is_refused(
+    adeye: Any, of_mini: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("ADEYE_GATE_BASELINE", "")
+    assert "ADEYE_GATE_BASELINE is empty" in adeye("gate", *of_mini).refused
+
+
 def test_baseline_is_small_and_its_lines_are_short(baseline: Path) -> None:
     text = baseline.read_text("utf-8")
     assert len(text) < 200_000

@@ -1,5 +1,6 @@
 """Channels of an architecture, and reference drivers by their names."""
 
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -196,6 +197,16 @@ def test_driver_drives_the_car_of_the_first_file(odd: Any) -> None:
     assert lidar.vehicle.length > 5.0
     assert driver.vehicle == lidar.vehicle.model_copy(update={"acceleration_lag": 0.0})
     assert list(files.architectures) == ["reference_cc", "lidar", "camera_radar"]
+
+
+def test_driver_finds_the_fmu_that_moves_the_car_of_the_first_file(
+    odd: Any, tmp_path: Path
+) -> None:
+    shutil.copytree(FILES / "architectures", tmp_path / "elsewhere")
+    files = odd("reference:cc", "elsewhere/fmu_vehicle.yaml")
+    first, driver = (files.architectures[name] for name in ("fmu_vehicle", "reference_cc"))
+    assert driver.spec.vehicle.plant == first.spec.vehicle.plant
+    assert driver.path.parent == first.path.parent
 
 
 def test_driver_alone_drives_the_shipped_car_as_the_shipped_file_does(odd: Any) -> None:
