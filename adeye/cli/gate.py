@@ -183,7 +183,7 @@ def stale(
         adeye stale odd/first.yaml --json
     """
     from adeye.campaign.stale import find_stale
-    from adeye.spec.load import odd_of
+    from adeye.spec.load import odd_asked_about
     from adeye.store.repository import Repository
 
     with Repository.open(db, create=False) as repository:
@@ -193,7 +193,7 @@ def stale(
         if campaign is None:
             what = "the database has no campaign" if name is None else f"no campaign of ODD {name}"
             raise InputError(what, remedy="Run an ODD first: adeye run ODD")
-        path = odd or odd_of(campaign.provenance, repository.location.beside.parent)
+        path = odd or odd_asked_about(campaign.provenance, repository.location.beside.parent)
         if plan is None:
             if not path.is_file():
                 raise InputError(

@@ -375,6 +375,22 @@ def odd_of(provenance: Mapping[str, Any], near: Path | None = None) -> Path:
     return find_odd(path, near, place) if path else Path()
 
 
+def odd_asked_about(provenance: Mapping[str, Any], near: Path | None = None) -> Path:
+    """Find the file of the ODD that somebody means who names a campaign only, see ``odd_of``.
+
+    Raises:
+        SpecError: Where they stand is another one of that name, as in a copy of the project.
+    """
+    found = odd_of(provenance, near)
+    here = Path(str(provenance.get("odd_path", "")))
+    if _is(Path.is_file, here) and _is(Path.is_file, found) and not here.samefile(found):
+        raise SpecError(
+            f"the campaign was planned from {found}, and here is another {here}",
+            remedy="Name the file of the ODD that you mean.",
+        )
+    return found
+
+
 def find_odd(path: str, near: Path | None = None, place: str = "") -> Path:
     """Find the file of an ODD that was named from a folder that nobody remembers.
 

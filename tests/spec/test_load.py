@@ -15,6 +15,7 @@ from adeye.spec.load import (
     load_odd,
     load_scenario,
     merge,
+    odd_asked_about,
     scenario_files,
     shipped,
 )
@@ -326,3 +327,20 @@ def test_architecture_may_realise_what_a_concept_beside_has(of_several_concepts:
     other = other.replace("- nominal_channel", "- arbiter_of_ours")
     (folder / "concepts" / "other.yaml").write_text(other, "utf-8")
     assert "camera_radar" in load_odd(of_several_concepts).architectures
+
+
+def test_odd_of_a_campaign_is_not_that_of_a_copy_beside(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for copy in ("one", "two"):
+        (tmp_path / copy / "odd").mkdir(parents=True)
+        (tmp_path / copy / "odd" / "d.yaml").write_text("odd: d\n")
+    planned = tmp_path / "one" / "odd" / "d.yaml"
+    told = {"odd_path": "odd/d.yaml", "odd_place": str(planned)}
+    for folder in (tmp_path / "one", tmp_path):
+        monkeypatch.chdir(folder)
+        assert odd_asked_about(told).samefile(planned)
+    monkeypatch.chdir(tmp_path / "two")
+    refused(SpecError, odd_asked_about, told, says="here is another odd/d.yaml")
+    planned.unlink()
+    assert odd_asked_about(told).samefile("odd/d.yaml")
