@@ -187,8 +187,11 @@ def test_all_is_compiled_aside_where_nothing_was_before(
     monkeypatch.setattr("adeye.kernel.jit.is_cache_warm", lambda *_: False)
     monkeypatch.setattr("adeye.campaign.warmup.begin_aside", lambda count: count)
     monkeypatch.setattr(run, "usable_processors", lambda: 2)
+    begun: list[Any] = []
+    monkeypatch.setattr("adeye.campaign.warmup.compile_meanwhile", lambda *it: begun.append(it))
     adeye("warmup", "a.yaml")
-    assert (warm.plans[0][1]["meanwhile"].keywords, warm.aside) == ({"processes": 2}, [2])
+    warm.plans[0][1]["meanwhile"]("the plan")
+    assert (begun, warm.aside) == ([("the plan", 2)], [2])
 
 
 def test_shipped_odds_are_compiled_for_unless_some_are_named(adeye: Any, warm: Warm) -> None:

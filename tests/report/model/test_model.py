@@ -35,6 +35,7 @@ def test_optional_fsr_decides_nothing(report: Report) -> None:
     fsrs = tuple(fsr for fsr in report.fsrs if fsr.id == "FSR-07")
     cells = tuple(cell for cell in report.cells if cell.fsr == "FSR-07")
     parts = {"fsrs": fsrs, "cells": cells, "worst_cases": (), "confidence": None}
+    parts["failing"] = None
     small = rebuilt(report, **parts, exit_code=ExitCode.INCOMPLETE)
     # No mandatory FSR at all is no evidence.
     assert small.verdict_of("legacy_camera") is Verdict.NOT_RUN
