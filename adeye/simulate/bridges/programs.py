@@ -470,7 +470,7 @@ def _ended(child: _Child) -> Broken:
         return Broken(KILLED, "it had more processes than it may have", is_machine_dependent=True)
     lines = child.complaint.decode("utf-8", "replace").strip().splitlines()
     said = f": {lines[-1].strip()}" if lines else ""
-    if os.strerror(errno.EACCES) in said and has_landlock():
+    if os.strerror(errno.EACCES).encode() in child.complaint and has_landlock():
         said += " (it reads files that are counted, and installed software)"
     if code < 0:
         # Processor time, and the memory of the machine, are not the program's alone.
@@ -525,10 +525,13 @@ def _environment() -> dict[str, str]:
     }
 
 
+_PARTS: Final = ["bin", "sbin", "lib", "lib32", "lib64", "libx32", "libexec", "share", "include"]
 _SYSTEM: Final = (
     *("/bin", "/sbin", "/usr", "/opt", "/lib", "/lib32", "/lib64", "/libx32", "/etc"),
     *("/dev", "/proc", "/sys", "/nix", "/gnu", "/snap", "/run/current-system"),
     *("/run/systemd/resolve", "/run/resolvconf", "/run/NetworkManager", "/run/nscd"),
+    # What is left of these where a project lies below, as in containers in /usr/src.
+    *(f"/usr/{part}" for part in (*_PARTS, "local", *(f"local/{part}" for part in _PARTS))),
 )
 """Where systems keep software and themselves; below /run are also disks of people."""
 _PROGRAMS: Final = {"bin", "sbin", "shims"}

@@ -125,6 +125,13 @@ def test_folder_of_the_path_that_holds_a_counted_file_is_no_software(
         assert answer(reading(other), [file]) == DENIED.encode()
 
 
+def test_project_below_the_system_leaves_its_software() -> None:
+    """As in containers; nothing is executed, for nobody but root may write there."""
+    found = programs._readable("/usr/bin/python3", [Path("/usr/src/app/odd/drive.py")])
+    assert {"/usr/bin", "/usr/lib", "/usr/share"} <= {*found}
+    assert not {"/usr", "/usr/src", "/usr/src/app"} & {*found}
+
+
 def test_home_is_no_software_around_its_bin(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
