@@ -167,10 +167,10 @@ def check_self_test(db: str | None) -> Check:
 
 
 def _programs() -> Check:
-    from adeye.simulate.bridges.warden import has_landlock
+    from adeye.simulate.bridges.programs import is_confined
 
     text = "any file: this system has no Landlock"
-    if has_landlock():
+    if is_confined():
         text = "counted files and installed software (Landlock)"
     return Check("programs can read", True, text)
 

@@ -27,7 +27,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from adeye.errors import PlatformError
-from adeye.simulate.bridges.warden import has_landlock
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -470,7 +469,7 @@ def _ended(child: _Child) -> Broken:
         return Broken(KILLED, "it had more processes than it may have", is_machine_dependent=True)
     lines = child.complaint.decode("utf-8", "replace").strip().splitlines()
     said = f": {lines[-1].strip()}" if lines else ""
-    if os.strerror(errno.EACCES).encode() in child.complaint and has_landlock():
+    if os.strerror(errno.EACCES).encode() in child.complaint and is_confined():
         said += " (it reads files that are counted, and installed software)"
     if code < 0:
         # Processor time, and the memory of the machine, are not the program's alone.
@@ -536,6 +535,15 @@ _SYSTEM: Final = (
 """Where systems keep software and themselves; below /run are also disks of people."""
 _PROGRAMS: Final = {"bin", "sbin", "shims"}
 """How folders of programs are called that belong to what is around them."""
+
+
+def is_confined() -> bool:
+    """Return whether this system keeps programs to what they may read."""
+    if os.name != "posix":  # which the warden needs
+        return False
+    from adeye.simulate.bridges.warden import has_landlock
+
+    return has_landlock()
 
 
 def _readable(program: str, files: Sequence[Path]) -> list[str]:
