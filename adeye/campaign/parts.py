@@ -29,7 +29,6 @@ from adeye.judge.metrics import METRICS, register_metric
 from adeye.plugin_code import (
     code_digest,
     files_digest,
-    imports_beside,
     require_unkept,
     sealed,
     spec_files,
@@ -240,8 +239,8 @@ def _files(loaded: Loaded[Architecture]) -> Iterator[ReadFile]:
         name = ".".join(place)
         with placed(loaded.locate((*place, "file")), f"{name}: "):
             yield plugins.read_file(name, use.file, loaded.path.parent)
-    for channel, spec in loaded.spec.channels.items():
-        found: dict[Path, str] = {}
+    for channel in loaded.spec.channels:
+        found: set[Path] = set()
         for loc, name in _named(loaded.spec, channel):
             where = loaded.locate(("channels", channel, *loc))
             with placed(where, f"channel {channel}: "):
@@ -252,15 +251,12 @@ def _files(loaded: Loaded[Architecture]) -> Iterator[ReadFile]:
                     where=where,
                     remedy="Name each file once.",
                 )
-            # The first word that names a file is the program or its script.
-            found[file.path] = ""
-            if len(found) == 1 and isinstance(spec, CommandChannel):
-                found[file.path] = spec.parameters.command[0]
+            found.add(file.path)
             yield file
         # What Python finds beside its program is a part of it, listed or not.
         with placed(loaded.locate(("channels", channel)), f"channel {channel}: "):
-            beside = {path for file, by in found.items() for path in imports_beside(file, by)}
-        for path in sorted(beside - found.keys()):
+            counted = _counted(loaded, channel)
+        for path in sorted({*counted} - found):
             name = f"{HERE}{path.relative_to(loaded.path.parent.resolve())}"
             yield plugins.read_file(f"channels.{channel}", name, loaded.path.parent)
 
@@ -277,8 +273,14 @@ def check_words(loaded: Loaded[Architecture]) -> None:
         if isinstance(spec, FmuChannel):
             _require_in_fmu(loaded, ("channels", channel, "parameters"), spec.parameters)
         if isinstance(spec, CommandChannel):
-            counted = counted_files(spec.parameters.command, spec.files, loaded.path.parent)
-            _require_counted(loaded, channel, spec, counted)
+            _require_counted(loaded, channel, spec, _counted(loaded, channel))
+
+
+def _counted(loaded: Loaded[Architecture], channel: str) -> tuple[Path, ...]:
+    """List the files that count with a channel, see ``counted_files``."""
+    spec = loaded.spec.channels[channel]
+    command = spec.parameters.command if isinstance(spec, CommandChannel) else ()
+    return counted_files(command, getattr(spec, "files", ()), loaded.path.parent)
 
 
 def check_driver_words(loaded: Loaded[LogicalScenario]) -> None:
