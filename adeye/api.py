@@ -7,17 +7,19 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final, cast
 
+from adeye.answers import gate_campaign
 from adeye.campaign.executor_names import asked_executor
+from adeye.campaign.naming import find_called
 from adeye.campaign.plan import CampaignPlan, make_plan
 from adeye.campaign.replay import Replayed, replay_run
 from adeye.campaign.run import Progress, run_campaign
-from adeye.campaign.summary import find_called
 from adeye.errors import UsageError
 from adeye.judge.stl.table import JudgedTable, Reading, judge_table, read_table, table_of
 from adeye.report.comparison.compare import compare as compare_architectures
 from adeye.report.comparison.records import CompareOptions
 from adeye.report.gate.changes import Tolerances
-from adeye.reporting import GateOptions, gate_campaign, trace_run, write_reports
+from adeye.report.gate.decide import GateOptions
+from adeye.reporting import trace_run, write_reports
 from adeye.simulate.engine import DEFAULT_BACKEND
 from adeye.store.read.export import open_export
 from adeye.store.read.query import DEFAULT_ROWS, DEFAULT_SECONDS, run_query

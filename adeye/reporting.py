@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import shlex
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO, Final
 
-from adeye.campaign import summary
+from adeye.campaign.naming import find_called, planned_as
 from adeye.campaign.replay import Execution, recorded, rerun, rerun_together
 from adeye.campaign.run import Progress
 from adeye.campaign.stale import find_stale
@@ -17,8 +17,6 @@ from adeye.exchange.view import Account, Remark, RunView
 from adeye.judge.verdict import Verdict
 from adeye.outputs import replacing, replacing_folder, write_atomically
 from adeye.report.build import MAX_REPLAYS, ReplayRequest, ReportBuilder, drawn_in
-from adeye.report.claims import claims_of
-from adeye.report.comparison.compare import compare
 from adeye.report.files import guarding
 from adeye.report.formats import check_exports, render_export
 from adeye.report.formats.json import render_json
@@ -27,29 +25,24 @@ from adeye.report.formats.signals import Drawing
 from adeye.report.formats.traces import TraceTable, chosen_signals, trace_table
 from adeye.report.gate.baseline import deciding, read_baseline
 from adeye.report.gate.changes import Tolerances
-from adeye.report.gate.decide import GateResult, judge_campaign, update_baseline
-from adeye.report.gate.difference import Difference, find_difference
+from adeye.report.gate.decide import GateResult, judge_campaign
 from adeye.report.model.evidence import Change, Impact, StaleEvidence, StaleFiles
 from adeye.report.model.part import Label
 from adeye.report.page.drive import plots_of, replay_of
-from adeye.report.page.html import render_comparison, write_html
+from adeye.report.page.html import write_html
 from adeye.report.page.replay import Replay, Undrawn
 from adeye.report.verification import replay_events, run_verdicts
-from adeye.report.where.tell import tell_where
 from adeye.spec.load import odd_of
 from adeye.store.location import option
 from adeye.store.repository import Repository
-from adeye.sweep.axes import named_values
+from adeye.sweep.values import named_values
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
     from contextlib import AbstractContextManager
 
     from adeye.exchange.view import Level
-    from adeye.report.claims import ClaimOptions, Claims
-    from adeye.report.comparison.records import CompareOptions, Comparison
     from adeye.report.model.report import Report
-    from adeye.report.where.records import Where
     from adeye.store.records import CampaignInfo, VerdictRecord
 
     Write = Callable[[Execution, Path], object]
@@ -141,7 +134,7 @@ def stale_now(repository: Repository, campaign: CampaignInfo) -> StaleFiles | st
     if not path.is_file():
         return f"The ODD of the campaign is no longer at {path}."
     try:
-        plan = summary.planned_as(campaign, path)
+        plan = planned_as(campaign, path)
     except InputError as error:
         return f"The files cannot be planned as they are now: {error}"
     found = find_stale(repository, plan, campaign)
@@ -221,6 +214,14 @@ def _builder(
     )
 
 
+def junit_of(
+    repository: Repository, campaign: CampaignInfo, db: str | Path | None, result: GateResult
+) -> bytes:
+    """Return the JUnit XML of what a gate decided about a campaign, whose rows were verified."""
+    builder = _builder(repository, campaign, db, is_verified=True)
+    return render_junit(builder.build(lambda _: (), replays=0), result)
+
+
 def read_report(db: str | Path | None, campaign: str | None) -> Report:
     """Build the report of a campaign without a run to draw.
 
@@ -233,7 +234,7 @@ def read_report(db: str | Path | None, campaign: str | None) -> Report:
         IntegrityError: Results are not as they were written.
     """
     with Repository.open(db, create=False) as repository:
-        found = summary.find_called(repository, campaign)
+        found = find_called(repository, campaign)
         repository.require_sound(found.id)
         database = str(db) if db is not None else ""
         builder = ReportBuilder(repository, found, database=database, is_verified=True)
@@ -260,192 +261,6 @@ def write_replay(db: str | Path | None, run: str, path: Path) -> Report:
         report = report.model_copy(update=told)
         write_html(report, path, is_of_run=True)
     return report
-
-
-def compare_campaign(
-    db: str | Path | None,
-    names: Sequence[str],
-    options: CompareOptions,
-    *,
-    html: Path | None = None,
-) -> Comparison:
-    """Compare architectures of a campaign and write the page if it is asked for.
-
-    Args:
-        db: Database, by default ``.adeye/adeye.db``.
-        names: A campaign (an ODD's file or id, a number or the beginning of a digest), unless the
-            first is an architecture of the newest one; then the architectures.
-        options: How they are compared; its architectures are those of ``names``.
-        html: Page to write.
-
-    Raises:
-        InputError: There is no such campaign or architecture.
-        IntegrityError: Results are not as they were written.
-        PlatformError: The file cannot be written.
-    """
-    with guarding(db, {"html": html}):
-        with Repository.open(db, create=False) as repository:
-            campaign, architectures = _campaign_among(repository, names)
-            repository.require_sound(campaign.id)
-            options = replace(options, architectures=architectures)
-            comparison = compare(repository, campaign, options)
-        if html is not None:
-            write_atomically(render_comparison(comparison).encode(), html)
-    return comparison
-
-
-def where_in(
-    db: str | Path | None,
-    name: str | None,
-    fsr: str,
-    *,
-    by: Sequence[str] = (),
-    architectures: Collection[str] = (),
-) -> Where:
-    """Tell where among the swept values of a campaign an FSR fails.
-
-    Args:
-        db: Database, by default ``.adeye/adeye.db``.
-        name: An ODD's file or id, or a campaign by number or digest; default: the newest.
-        fsr: Id of the FSR.
-        by: At most two axes to count by.
-        architectures: Those to look at; none: all.
-
-    Raises:
-        InputError: There is no such campaign, FSR, architecture or axis.
-        IntegrityError: Results are not as they were written.
-    """
-    with Repository.open(db, create=False) as repository:
-        campaign = summary.find_called(repository, name)
-        repository.require_sound(campaign.id)
-        return tell_where(repository, campaign, fsr, by=by, architectures=architectures)
-
-
-def diff_campaigns(db: str | Path | None, old: str | None, new: str | None) -> Difference:
-    """Tell what changed from one campaign to another; nothing is executed.
-
-    Args:
-        db: Database, by default ``.adeye/adeye.db``.
-        old: An ODD's id, a campaign by number or digest, ``latest``, or ``@{-n}``, which is the
-            n-th one before the latest of its ODD; default: the one before ``new`` of its ODD.
-        new: The same; default: the newest.
-
-    Raises:
-        InputError: There is no such campaign.
-        IntegrityError: Results are not as they were written.
-    """
-    with Repository.open(db, create=False) as repository:
-        after = summary.find_called(repository, new)
-        before = (
-            repository.campaign_before(after)
-            if old is None
-            else summary.find_called(repository, old)
-        )
-        for campaign in (before, after):
-            repository.require_sound(campaign.id)
-        return find_difference(repository, before, after)
-
-
-def claim(db: str | Path | None, name: str | None, options: ClaimOptions) -> Claims:
-    """Say what a campaign allows to say about the probability of a violation.
-
-    Args:
-        db: Database, by default ``.adeye/adeye.db``.
-        name: An ODD's file or id, or a campaign by number or digest; default: the newest.
-        options: Level, method, target.
-
-    Raises:
-        InputError: There is no such campaign, or an option is out of range.
-        IntegrityError: Results are not as they were written.
-    """
-    with Repository.open(db, create=False) as repository:
-        campaign = summary.find_called(repository, name)
-        repository.require_sound(campaign.id)
-        return claims_of(repository, campaign, options)
-
-
-def _campaign_among(
-    repository: Repository, names: Sequence[str]
-) -> tuple[CampaignInfo, Sequence[str]]:
-    """Tell the campaign from the architectures that follow it."""
-    if not names:
-        return repository.find_campaign(), ()
-    found = summary.campaign_called(repository, names[0])
-    if found is None:
-        return repository.find_campaign(), names
-    return found, names[1:]
-
-
-@dataclass(frozen=True)
-class GateOptions:
-    """What a gate is asked.
-
-    Attributes:
-        baseline: File to compare with; None for the verdicts of the campaign alone.
-        tolerances: Losses of margin that do not count.
-        is_update: Write the baseline instead.
-        accepts_incomplete: Write it also from incomplete evidence.
-        junit: JUnit XML to write.
-    """
-
-    baseline: Path | None = None
-    tolerances: Tolerances = field(default_factory=Tolerances)
-    is_update: bool = False
-    accepts_incomplete: bool = False
-    junit: Path | None = None
-
-
-def gate_campaign(db: str | Path | None, name: str | None, options: GateOptions) -> GateResult:
-    """Judge a campaign by its verdicts and against a baseline; nothing is executed.
-
-    Every stored row is verified first: what was altered makes no verdict.
-
-    Args:
-        db: Database, by default ``.adeye/adeye.db``.
-        name: Campaign by its ODD's file or id, its number or digest; None for the newest.
-        options: What is asked.
-
-    Raises:
-        InputError: There is no such campaign, or no such baseline.
-        IntegrityError: The baseline was edited.
-        PlatformError: A file cannot be written.
-    """
-    updated = options.baseline if options.is_update else None
-    files = {"junit": options.junit, "--baseline": updated}
-    with guarding(db, files, also_read="--baseline"):
-        with Repository.open(db, create=False) as repository:
-            campaign, edits = _gated(repository, name)
-            result = judge_campaign(
-                repository,
-                campaign,
-                options.baseline,
-                options.tolerances,
-                may_lack=options.is_update,
-                edits=edits,
-            )
-            if options.junit is not None:
-                builder = _builder(repository, campaign, db, is_verified=True)
-                report = builder.build(lambda _: (), replays=0)
-                write_atomically(render_junit(report, result), options.junit)
-        if options.is_update and options.baseline is not None:
-            return update_baseline(
-                result, options.baseline, accepts_incomplete=options.accepts_incomplete
-            )
-    return result
-
-
-def _gated(repository: Repository, name: str | None) -> tuple[CampaignInfo, str]:
-    """Find the campaign to judge and, of an ODD's file, what makes it another one by now."""
-    if name is None or not summary.is_file_name(name):
-        return summary.find_called(repository, name), ""
-    meant = summary.campaign_of_file(repository, name)
-    if not meant.edits:
-        return meant.campaign, ""
-    text = (
-        f"{name} plans something else than campaign {meant.campaign.number}; edited: "
-        f"{meant.edits}. Run adeye run {name}, what is there already is not executed again"
-    )
-    return meant.campaign, text
 
 
 @dataclass(frozen=True)

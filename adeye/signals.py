@@ -499,6 +499,11 @@ REASON_LABELS: Final = (
     REASON_OVERRIDE,
 ) = range(12)
 
+MANOEUVRE_MONITORS: Final = ("mrm_rest_area", "mrm_roadside_parking", "mrm_stop")
+"""Columns beside the monitors that tell the manoeuvre: raw where a level asks for it, confirmed
+where it is in force. They detect nothing."""
+NO_FAULT: Final = "none"
+"""Name of the fault-free entry of a plan, the twin of every other."""
 NO_CHANNEL: Final = -1
 """Authority when no channel can act: the ego coasts."""
 

@@ -16,7 +16,6 @@ import numpy as np
 
 from adeye.called import call_as_function
 from adeye.kernel.digest import LANES, absorb_bytes, absorb_words, finish
-from adeye.spec.sensors import PhysicalLidar
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -117,6 +116,8 @@ class Layout:
     @property
     def lidars(self) -> tuple[str, ...]:
         """Ids of the L sensors whose returns a trace may keep."""
+        from adeye.spec.sensors import PhysicalLidar
+
         sensors = self.architecture.sensors
         return tuple(name for name in self.sensors if isinstance(sensors.get(name), PhysicalLidar))
 

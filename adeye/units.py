@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from decimal import Decimal
 from enum import Enum
@@ -293,3 +294,15 @@ def _refuse(what: str, dimension: Dimension) -> UnitError:
     return UnitError(
         what, remedy=f"Write {dimension.label} like '{dimension.example}' (units: {allowed})."
     )
+
+
+# --- Loss of margin, by unit, that does not count -------------------------------------------------
+
+MOST_TOLERANCE: Final = 1_000.0
+"""Largest loss of margin that somebody may mean, in any unit. Our choice."""
+TOLERANCES: Final[Mapping[str, float]] = {
+    "m": 0.01, "s": 0.01, "m/s": 0.01, "m/s^2": 0.01, "m/s^3": 0.01, "rad": 0.001, "rad/s": 0.001,
+    "1": 0.001,
+}  # fmt: skip
+"""Loss of margin, by unit, that nobody on the road could tell. Our choice; ``1`` is that of a
+margin without a unit, or divided by the scale of its signal."""

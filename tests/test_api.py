@@ -13,10 +13,11 @@ import pytest
 
 import adeye
 from adeye import api
+from adeye.answers import gate_campaign
 from adeye.cli.app import main
 from adeye.errors import InputError, UsageError
 from adeye.judge.verdict import ExitCode
-from adeye.reporting import GateOptions, gate_campaign
+from adeye.report.gate.decide import GateOptions
 from adeye.version import __version__
 from tests.processes import python
 from tests.project import Executed

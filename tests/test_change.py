@@ -5,11 +5,13 @@ from pathlib import Path
 
 import pytest
 
+from adeye.answers import gate_campaign
 from adeye.errors import InputError, IntegrityError
 from adeye.judge.verdict import ExitCode
 from adeye.report.gate.baseline import Kind
+from adeye.report.gate.decide import GateOptions
 from adeye.report.model.evidence import Impact, StaleFiles
-from adeye.reporting import GateOptions, change_since, gate_campaign, stale_now, write_reports
+from adeye.reporting import change_since, stale_now, write_reports
 from adeye.store.repository import Repository
 from tests.conftest import MakeProject
 from tests.project import CANDIDATE, Project

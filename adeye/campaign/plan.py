@@ -29,6 +29,7 @@ from adeye.judge.requirements import (
     check_requirements,
 )
 from adeye.judge.uncertainty import LEAST_PAIRS, judged_digest
+from adeye.signals import NO_FAULT
 from adeye.simulate.engine import DEFAULT_BACKEND, DRIVER, EngineIdentity, identity
 from adeye.spec.architecture import Architecture
 from adeye.spec.channels import RemoteChannel
@@ -41,12 +42,12 @@ from adeye.store.block import PlannedCases
 from adeye.store.records import CampaignFsr, CampaignRecord, ContentRecord, EngineKey, of_fields
 from adeye.store.write.content import FOLDER
 from adeye.store.write.queue import NamedCase
-from adeye.sweep.axes import named_values, quantity_or_text, written_quantity
 from adeye.sweep.case import SCENARIOS, AuthorityOverride, TestCase, structure_key
 from adeye.sweep.design import Points, axis_words
 from adeye.sweep.distributions import data_digests
 from adeye.sweep.expand import Expansion, LazyCases, expand
-from adeye.sweep.groups import NO_FAULT, check_clock
+from adeye.sweep.groups import check_clock
+from adeye.sweep.values import named_values, quantity_or_text, written_quantity
 from adeye.version import __version__, release_of
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import contextmanager, suppress
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from itertools import takewhile
 from pathlib import Path
 from types import MappingProxyType
@@ -20,10 +20,7 @@ from adeye.campaign.run import Progress, fitting
 from adeye.campaign.traces import kept_trace
 from adeye.campaign.work import WorkContext, evaluate, grouped, signals_of
 from adeye.errors import InputError, IntegrityError, SpecError, UsageError, suggest
-from adeye.fields import fields_of
 from adeye.identity import file_digest
-from adeye.judge.requirements import requirement_digest
-from adeye.kernel.relation import tick_time
 from adeye.outputs import replacing
 from adeye.plugins import locate_file
 from adeye.simulate.channels.process.protocol import Witness
@@ -31,12 +28,9 @@ from adeye.simulate.engine import identity
 from adeye.simulate.traffic import VARIANTS
 from adeye.spec.concept import Concept
 from adeye.spec.load import odd_of
-from adeye.spec.odd import Attributes
 from adeye.spec.quantity import SI
-from adeye.store.location import option
 from adeye.store.records import EngineKey, of_row
 from adeye.store.repository import Repository
-from adeye.sweep.axes import named_values
 from adeye.sweep.case import TestCase, structure_key
 from adeye.trace import LINK_TICKS, Trace
 from adeye.units import shown
@@ -49,7 +43,7 @@ if TYPE_CHECKING:
     from adeye.judge.uncertainty import NumericUncertainty
     from adeye.spec.concept import Requirement
     from adeye.spec.scenario import Driver
-    from adeye.store.records import CampaignInfo, RunRef, StoredCase, StoredRun
+    from adeye.store.records import CampaignInfo, RunRef, StoredRun
 
 # --- Show a stored run, and run it again to compare every bit of its trace ------------------------
 
@@ -407,85 +401,6 @@ def replay_run(
         same_ticks=same_ticks(done.stored, done.trace.chains()[0]),
         cause=cause,
     )
-
-
-def _fork_fields(case: StoredCase) -> dict[str, Any]:
-    """Say what a run is a fork of."""
-    if case.fork is None:
-        return {}
-    return {
-        "fork_of": case.fork.origin,
-        "authority": case.fork.authority,
-        "from_tick": case.fork.from_tick,
-        "from_time_s": tick_time(case.fork.from_tick, case.step_s),
-    }
-
-
-_OF_ROW: Final = (
-    *("outcome", "outcome_channel", "outcome_detail", "end_reason", "duration_s"),
-    *("trace_digest", "backend", "variant"),
-)
-"""What a description has of the row of a run, by the same name."""
-_OF_VERDICT: Final = (
-    *("margin", "unit", "signal", "predicate", "time_s", "actor", "value", "threshold", "detail"),
-)
-"""The same of a verdict."""
-
-
-def describe_run(db: str | Path | None, run: str) -> dict[str, Any]:
-    """Say everything that the database holds about a run, JSON-compatible.
-
-    Args:
-        db: Database, by default ``.adeye/adeye.db``.
-        run: Beginning of its result digest.
-    """
-    with Repository.open(db, create=False) as repository:
-        ref = repository.find_run(run)
-        stored = repository.run_row(ref.result_digest)
-        case = repository.test_case_row(ref.test_case)
-        campaign = repository.find_campaign(ref.campaign)
-        odd = repository.content("odd", campaign.odd_digest)
-        concept = repository.content("concept", campaign.concept_digest)
-        judged = {} if stored is None else repository.hindsight.half_steps.judged_with(ref, stored)
-    parameters = named_values(dict(case.parameters), odd, ref.scenario)
-    paths = {name: value for name, value in ref.point.items() if name not in case.parameters}
-    described: dict[str, Any] = {
-        "run": ref.result_digest,
-        "test_case": ref.test_case,
-        "situation": case.situation,
-        **fields_of(ref, "campaign", "ordinal", "scenario", "architecture"),
-        **fields_of(case, "fault_entry", "replicate", "seed", "step_s"),
-        "parameters": {item.label: item.value for item in parameters},
-        "swept_paths": {item.label: item.value for item in named_values(paths, odd, ref.scenario)},
-        **_fork_fields(case),
-        "is_done": stored is not None,
-        "command": f"adeye replay {ref.result_digest[:12]}{option(db)}",
-    }
-    if stored is None:
-        return described
-    row = stored.row
-    requirements = Concept.model_validate(concept, context=SI).requirements
-    attributes = Attributes.model_validate(odd["odd"]["attributes"], context=SI)
-    wanted = {item.id: requirement_digest(item, attributes) for item in requirements}
-    wanted |= {fsr: item.digest for fsr, item in judged.items()}
-    measures = {item.id: item.measure for item in requirements}
-    return described | {
-        **{name: row[name] for name in _OF_ROW},
-        "machine_dependent": bool(row["machine_dependent"]),
-        "metrics": {name: asdict(item) for name, item in stored.metrics.items()},
-        "verdicts": [
-            {
-                "fsr": item.fsr_id,
-                "verdict": item.verdict.value,
-                "exercised": item.is_exercised,
-                **fields_of(item, *_OF_VERDICT),
-                "measure": measures[item.fsr_id],
-            }
-            for item in stored.verdicts
-            if wanted.get(item.fsr_id) == item.fsr_digest
-        ],
-        "events": [asdict(item) for item in stored.events],
-    }
 
 
 # --- Recall the runs of a campaign part by part, and say how many are done ------------------------

@@ -18,7 +18,7 @@ import numpy as np
 
 from adeye.errors import UsageError
 from adeye.store.write.planning import block_bounds
-from adeye.sweep.axes import quantity_or_text
+from adeye.sweep.values import quantity_or_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

@@ -226,11 +226,8 @@ class Capability:
 
 def capabilities() -> list[Capability]:
     """Read all capabilities in order from ``capabilities.yaml``."""
-    from importlib import resources
+    from adeye.packaged import packaged_yaml
 
-    import yaml
-
-    text = (resources.files("adeye.cli") / "capabilities.yaml").read_text("utf-8")
     return [
         Capability(
             name,
@@ -238,7 +235,7 @@ def capabilities() -> list[Capability]:
             Status(item.get("status", Status.NOT_YET)),
             f"tests/requirements/{item['proof']}.py" if "proof" in item else "",
         )
-        for name, item in yaml.safe_load(text).items()
+        for name, item in packaged_yaml("adeye.cli", "capabilities.yaml").items()
     ]
 
 

@@ -61,8 +61,9 @@ def gate(
         adeye gate --baseline reports/baselines/motorway_chauffeur.json --tolerance m=0.05
         adeye gate --baseline reports/baselines/motorway_chauffeur.json --update
     """
+    from adeye.answers import gate_campaign
     from adeye.report.gate.changes import Tolerances
-    from adeye.reporting import GateOptions, gate_campaign
+    from adeye.report.gate.decide import GateOptions
 
     if baseline is None and os.environ.get("ADEYE_GATE_BASELINE") == "":
         raise UsageError(

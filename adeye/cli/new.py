@@ -151,9 +151,9 @@ class Example:
 
 @cache
 def _template(name: str) -> str:
-    from importlib import resources
+    from adeye.packaged import packaged_text
 
-    return (resources.files("adeye.cli") / "templates" / name).read_text("utf-8")
+    return packaged_text("adeye.cli", f"templates/{name}")
 
 
 EXAMPLES: Final = {

@@ -29,7 +29,7 @@ from adeye.kernel import criticality
 from adeye.kernel.boxes import Extent, Vector, box_distance, box_of, placed_box_distance
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import allocating, compiled, inlined
-from adeye.kernel.road import lane_way
+from adeye.kernel.road import lane_way, road_gap
 from adeye.signals import (
     EGO_ACCELERATION,
     EGO_HEADING,
@@ -48,7 +48,6 @@ from adeye.signals import (
     Ints,
     Shorts,
 )
-from adeye.simulate.world.storyboard import road_gap
 
 
 class Scene(NamedTuple):

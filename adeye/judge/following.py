@@ -29,9 +29,8 @@ from adeye.judge.conflict import (
 from adeye.kernel import criticality, encounter
 from adeye.kernel.boxes import box_distance, box_of
 from adeye.kernel.jit import allocating, inlined
-from adeye.kernel.road import lane_way
+from adeye.kernel.road import lane_way, road_gap
 from adeye.signals import Floats, Ints, Shorts
-from adeye.simulate.world.storyboard import road_gap
 
 MTTC, ETTC, MDRAC, DST, MTC, TTB, TTS, TTK, TTR, STN = range(10)
 FOLLOWING: Final = 10

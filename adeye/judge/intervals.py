@@ -16,8 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adeye.judge.trace_signals import STANDSTILL_SPEED
-from adeye.signals import NO_CHANNEL, REASON_STALENESS, Bools, Floats, Ints
-from adeye.spec.supervisor import MANOEUVRE_MONITORS
+from adeye.signals import MANOEUVRE_MONITORS, NO_CHANNEL, REASON_STALENESS, Bools, Floats, Ints
 
 BRAKES_FROM: Final = 0.5
 """Commanded deceleration from which the ego brakes and does not only coast [m/s²]."""

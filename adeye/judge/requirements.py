@@ -27,7 +27,6 @@ from adeye.judge.stl.parser import KEYWORDS
 from adeye.judge.trace_signals import is_decision, plan_dictionary
 from adeye.kernel.relation import differences
 from adeye.signals import SignalType
-from adeye.spec.plausible import farthest
 from adeye.units import UNITS, Dimension, read_quantity, shown
 
 if TYPE_CHECKING:
@@ -483,6 +482,8 @@ class _Check:
             lasts = choose(item.horizon + item.tail for item in played)
             end *= lasts if metric.most_per == "s" else lasts / self._plan.step + 1.0
             among = f" in a run of {lasts:g} s"
+        from adeye.spec.plausible import farthest
+
         sign, side = (-1.0, "below") if bound.is_lower else (1.0, "above")
         limit = sign * farthest(unit_exponents(metric.unit) or (0, 0, 0)) if end is None else end
         cannot_fail = (bound.limit - limit) * sign >= 0.0

@@ -20,11 +20,11 @@ from adeye.kernel.jit import compiled
 from adeye.kernel.profiles import PATH_EXISTS, PATH_ROW, PATH_START, PROFILE_ROW, PROFILE_S, at_path
 from adeye.kernel.road import NO_REFUGE, Ground, center_at, position
 from adeye.signals import parameter_record
-from adeye.spec.channels import SafetyChannel, SafetyParameters, StopRatings
 
 if TYPE_CHECKING:
     from adeye.signals import Floats
     from adeye.spec.architecture import Architecture
+    from adeye.spec.channels import SafetyParameters, StopRatings
     from adeye.trace import Trace
 
 DECELERATIONS: Final = {"stop_deceleration": 4.0, "emergency_deceleration": 8.0}
@@ -113,12 +113,16 @@ def decelerations_of(architecture: Architecture) -> dict[str, float]:
 
 def ratings_of(architecture: Architecture) -> StopRatings:
     """Return how the safety channel of an architecture rates places; the defaults without one."""
+    from adeye.spec.channels import StopRatings
+
     own = _safety_of(architecture)
     return StopRatings() if own is None else own.ratings
 
 
 def _safety_of(architecture: Architecture) -> SafetyParameters | None:
     """Return the parameters of the first built-in safety channel."""
+    from adeye.spec.channels import SafetyChannel
+
     channels = architecture.channels.values()
     found = (item.parameters for item in channels if isinstance(item, SafetyChannel))
     return next(found, None)

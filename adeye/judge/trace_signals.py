@@ -29,8 +29,6 @@ from adeye.signals import (
     architecture_signals,
     scene_signals,
 )
-from adeye.spec.channels import SafetyChannel
-from adeye.spec.odd import Attributes
 from adeye.trace import NO_TRACKS
 
 if TYPE_CHECKING:
@@ -40,6 +38,7 @@ if TYPE_CHECKING:
 
     from adeye.judge.stl.series import Series
     from adeye.spec.architecture import Architecture
+    from adeye.spec.odd import Attributes
     from adeye.spec.scenario import LogicalScenario
     from adeye.trace import Layout, Trace
 
@@ -130,6 +129,8 @@ def _named(
     others: tuple[tuple[str, ...], tuple[str, ...]],
 ) -> Mapping[str, SignalType]:
     """List signals by what of an architecture they hang on."""
+    from adeye.spec.channels import SafetyChannel
+
     channels = architecture.channels
     safety = (item for item in channels.values() if isinstance(item, SafetyChannel))
     seeing = frozenset(name for item in safety for name in item.object_monitors)
@@ -191,7 +192,7 @@ class TraceSignals:
             msg = f"inside_odd has shape {self.inside_odd.shape}, not ({trace.runs},)"
             raise ValueError(msg)
         self._attributes, self._faults = attributes, faults
-        limits = (attributes or Attributes()).dynamic_elements.ego_speed
+        limits = None if attributes is None else attributes.dynamic_elements.ego_speed
         self._max_speed = np.inf if limits is None else limits.max
         self._read: dict[str, Series] = {}
 

@@ -220,6 +220,44 @@ def lane_way(s: float, heading: float, d: float, other_s: float, other_heading: 
     return math.copysign(0.0, along) if way * along < 0.0 else way
 
 
+@compiled
+def road_gap(apart: float, ego_extent: float, other_extent: float) -> float:
+    """Bumper-to-bumper gap along a lane [m]: positive ahead, negative behind, 0 side by side.
+
+    Args:
+        apart: From the ego's centre to that of the other, as of ``lane_way`` [m].
+        ego_extent: Half of the length that the ego takes along the road [m].
+        other_extent: Half of the length that the other takes [m].
+    """
+    free = max(0.0, abs(apart) - ego_extent - other_extent)
+    return math.copysign(free, apart)
+
+
+@compiled
+def road_ttc(gap: float, ego_speed: float, other_speed: float) -> float:
+    """Time to collision along the road at constant speeds [s], inf if the gap does not close.
+
+    Args:
+        gap: As of ``road_gap`` [m].
+        ego_speed: Along the lane [m/s].
+        other_speed: Along the same lane, see ``lane_share`` [m/s].
+    """
+    closing = (ego_speed - other_speed) * math.copysign(1.0, gap)
+    return abs(gap) / closing if closing > 0.0 else math.inf
+
+
+@compiled
+def road_extent(size: Floats, angle: float) -> float:
+    """Half of the length that a box takes along the road [m].
+
+    Args:
+        size: (3,) length, width, height [m].
+        angle: Heading relative to the road [rad].
+    """
+    sine, cosine = sin_cos(angle)
+    return float(0.5 * (size[0] * abs(cosine) + size[1] * abs(sine)))
+
+
 @inlined
 def curvature_at(segments: Floats, s: float) -> float:
     """Return the curvature of a reference line [1/m].

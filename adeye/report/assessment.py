@@ -15,12 +15,11 @@ from adeye.kernel.stops import CONTACT, SCALE
 from adeye.report.model import assessment as model
 from adeye.report.model.assessment import BudgetTiming, FaultTiming, GoalTiming, Timing
 from adeye.report.words import counted
-from adeye.signals import Bools, Floats
+from adeye.signals import NO_FAULT, Bools, Floats
 from adeye.spec.concept import Concept, Requirement, SafetyGoal, budgets_of
 from adeye.store.read.bulk import Figures
 from adeye.store.records import CampaignInfo
 from adeye.store.repository import Repository
-from adeye.sweep.groups import NO_FAULT
 
 # --- What a report says about timing: FTTI assumed and measured, budgets and what was achieved ----
 # A budget of an FSR is held against the runs with a fault that exercised the FSR: where its

@@ -45,7 +45,7 @@ from adeye.store.read.totals import (
 from adeye.store.records import CampaignInfo, FsrStatus, RunRef, VerdictRecord
 from adeye.store.repository import Repository
 from adeye.store.rules import RULES
-from adeye.sweep.axes import named_values
+from adeye.sweep.values import named_values
 
 SHORT = 12
 """Characters of a result digest that commands and tables show."""

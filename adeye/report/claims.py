@@ -10,17 +10,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from importlib import resources
 from typing import Annotated, Any, Final, Literal, get_args
 
 import numpy as np
-import yaml
 from pydantic import Field
 
 from adeye.errors import UsageError
 from adeye.judge import statistics
 from adeye.judge.pairing import FAILED, HELD, UNDECIDED, Groups, number_rows, severities
 from adeye.judge.verdict import VACUOUS, VERDICTS
+from adeye.packaged import packaged_yaml
 from adeye.report.comparison.records import Range, Share
 from adeye.report.model.part import Count, Id, Part
 from adeye.signals import Ints
@@ -43,9 +42,7 @@ _INTERVALS: Final[dict[Method, Callable[[int, int, float], statistics.Interval]]
 }
 
 
-_TEXTS: Final[dict[str, Any]] = yaml.safe_load(
-    (resources.files("adeye.report") / "statements.yaml").read_text("utf-8")
-)
+_TEXTS: Final[dict[str, Any]] = packaged_yaml("adeye.report", "statements.yaml")
 SHARED: Final[str] = _TEXTS["shared"]
 SAMPLE: Final[str] = _TEXTS["sample"]
 GRID: Final[str] = _TEXTS["grid"]

@@ -21,16 +21,15 @@ from adeye.judge.timeline import Injection, count_injections, grouped, worst_of
 from adeye.report.claims import designs_of, is_sample, uses_of
 from adeye.report.model import assessment as model
 from adeye.report.model.part import Command
-from adeye.signals import Bools
+from adeye.signals import NO_FAULT, Bools
 from adeye.store.read.bulk import Figures
 from adeye.store.repository import Repository
 from adeye.store.write.studies import TakeoverLine
-from adeye.sweep.axes import axis_text, quantity_or_text, quantity_text
+from adeye.sweep.values import axis_text, quantity_or_text, quantity_text
 
 # --- What a parameter of a channel trades: false trips without a fault against detection with one -
 
 CONFIDENCE: Final = 0.95
-NO_FAULT: Final = "none"
 _OF_A_CHANNEL: Final = re.compile(r"architecture\.channels\.[^.]+\.parameters\..+")
 _HOUR_S: Final = 3600.0
 

@@ -11,8 +11,6 @@ from typing import Any
 from adeye.errors import AdeyeError, InputError
 from adeye.identity import file_digest
 from adeye.outputs import BESIDE_DATABASE, are_guarded, guarded, reads, require_unread
-from adeye.report.credibility import RESULT
-from adeye.spec.load import INPUTS, load_odd, odd_of
 from adeye.store.location import Place, locate
 from adeye.store.repository import Repository
 
@@ -38,6 +36,8 @@ def guarding(
         return
     with guarded(files, taken=_belonging(place), also_read=also_read, renewed=renewed):
         if any(path.is_file() for path in asked):
+            from adeye.spec.load import INPUTS, load_odd, odd_of
+
             planned = _planned(place)
             inputs = [item[INPUTS] for item in planned if INPUTS in item]
             for path in asked:
@@ -54,6 +54,8 @@ def guarding(
 
 
 def _belonging(place: Place) -> Iterator[Path]:
+    from adeye.report.credibility import RESULT
+
     beside = locate(place).beside
     yield beside
     yield from (beside.with_name(f"{beside.name}{end}") for end in BESIDE_DATABASE)

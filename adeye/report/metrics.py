@@ -10,7 +10,7 @@ import numpy as np
 from adeye.report.model.report import DeadAxis, Extreme, MetricSummary
 from adeye.signals import Ints
 from adeye.store.read.bulk import Figures
-from adeye.sweep.axes import axis_text
+from adeye.sweep.values import axis_text
 
 # --- Summarise each metric over the runs of a scenario and architecture, each number with its run -
 

@@ -9,14 +9,12 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal
 
-import yaml
-
 from adeye import api
 from adeye.errors import AdeyeError, code_of
+from adeye.packaged import packaged_text, packaged_yaml
 from adeye.selftest import parts
 
 if TYPE_CHECKING:
@@ -36,7 +34,7 @@ PARTS: Final = ("odd/parts.py", "odd/architectures/parts.py")
 """Where the plug-ins are put: metrics beside the ODD, the others beside the architectures."""
 
 FILES: Final[dict[str, str]] = {
-    name: (resources.files("adeye.selftest") / "project" / name).read_text("utf-8")
+    name: packaged_text("adeye.selftest", f"project/{name}")
     for name in (
         *(SCENARIO, CURVE, BARE, GUARDED),
         *(DRIVING_CONCEPT, HANDOVER_CONCEPT, DRIVING, HANDOVER),
@@ -192,8 +190,8 @@ _CHECK: Final = "check of the files, before anything is executed"
 
 def written(group: Group) -> dict[str, dict[str, Any]]:
     """Read the masters of a group, by name, from ``masters.yaml``, which says what keys mean."""
-    text = (resources.files("adeye.selftest") / "masters.yaml").read_text("utf-8")
-    return {name: item for name, item in yaml.safe_load(text).items() if item["group"] == group}
+    every = packaged_yaml("adeye.selftest", "masters.yaml")
+    return {name: item for name, item in every.items() if item["group"] == group}
 
 
 def master_of(name: str, item: dict[str, Any], examine: Examine, twin: Examine) -> Master:

@@ -18,7 +18,7 @@ from adeye.campaign.parts import load_parts
 from adeye.errors import SpecError, UsageError, amount, placed, suggest
 from adeye.ports import ChannelContext
 from adeye.selftest.bench import SCENARIO
-from adeye.signals import SILENT, ControlCommand, Floats, Measurement, Observation
+from adeye.signals import NO_FAULT, SILENT, ControlCommand, Floats, Measurement, Observation
 from adeye.simulate import engine
 from adeye.simulate.bridges.middleware import MIDDLEWARE
 from adeye.simulate.channels.factory import HOSTED, make_channel
@@ -31,7 +31,7 @@ from adeye.spec.odd import Attributes
 from adeye.spec.quantity import SI
 from adeye.sweep.axes import default_values
 from adeye.sweep.case import TestCase
-from adeye.sweep.groups import NO_FAULT, check_rates
+from adeye.sweep.groups import check_rates
 
 if TYPE_CHECKING:
     from adeye.trace import ChannelEvent

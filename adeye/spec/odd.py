@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import Annotated, Any, ClassVar, Final, Literal
 
 from pydantic import Field, StringConstraints, TypeAdapter, ValidationError
@@ -13,7 +13,7 @@ from adeye.spec.document import Loc, Problem, finds, repeated
 from adeye.spec.fault import AnyFault
 from adeye.spec.plausible import FileRecord
 from adeye.spec.scenario import ActorKind, Illumination, Value
-from adeye.units import UNITS, shown
+from adeye.units import MOST_TOLERANCE, UNITS, shown
 
 # --- Bins in which the coverage of an ODD is counted ----------------------------------------------
 
@@ -276,16 +276,6 @@ class ScenarioUse(q.Record):
         return self.as_id or self.use
 
 
-MOST_TOLERANCE: Final = 1_000.0
-"""Largest loss of margin that somebody may mean, in any unit. Our choice."""
-TOLERANCES: Final[Mapping[str, float]] = {
-    "m": 0.01, "s": 0.01, "m/s": 0.01, "m/s^2": 0.01, "m/s^3": 0.01, "rad": 0.001, "rad/s": 0.001,
-    "1": 0.001,
-}  # fmt: skip
-"""Loss of margin, by unit, that nobody on the road could tell. Our choice; ``1`` is that of a
-margin without a unit, or divided by the scale of its signal."""
-
-
 class Gate(q.GrownRecord):
     """Architectures whose verdicts decide the exit code."""
 
@@ -300,7 +290,7 @@ class Gate(q.GrownRecord):
     in which a mandatory FSR about its silence passes; with ``allow`` the FSRs alone decide."""
     tolerance: dict[str, Annotated[float, Field(ge=0.0, le=MOST_TOLERANCE)]] = {}
     """Loss of margin against a baseline that does not block, by the SI unit of the margin; what is
-    not named has that of ``TOLERANCES``."""
+    not named has that of ``units.TOLERANCES``."""
 
     @finds
     def _tolerates_units(self) -> Iterator[Problem]:

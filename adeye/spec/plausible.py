@@ -10,15 +10,14 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import suppress
 from fnmatch import fnmatchcase
 from functools import cache, lru_cache
-from importlib import resources
 from typing import Annotated, Any, ClassVar, Final, NamedTuple, get_args, get_origin
 
 import numpy as np
-import yaml
 from pydantic import AfterValidator, BaseModel
 
 from adeye.errors import UnitError, suggest
 from adeye.kernel.relation import differences
+from adeye.packaged import packaged_yaml
 from adeye.spec.document import Loc
 from adeye.spec.expression import Expression
 from adeye.spec.quantity import GrownRecord, Many
@@ -28,9 +27,7 @@ Limits = Mapping[str, tuple[Any, Any]]
 """Least and most in SI by the name of a bound, of one run or as columns over runs."""
 
 
-BOUNDS: Final[dict[str, tuple[str, str, str]]] = yaml.safe_load(
-    (resources.files("adeye.spec") / "bounds.yaml").read_text("utf-8")
-)
+BOUNDS: Final[dict[str, tuple[str, str, str]]] = packaged_yaml("adeye.spec", "bounds.yaml")
 """Least and most, and the ends of the dotted paths that it is of, ``*`` for an id; without ends it
 is of whatever has the dimension otherwise. Our choice: what no road vehicle, sensor, road or
 weather is beyond, with room to spare. Some are narrower where more is known:

@@ -8,6 +8,7 @@ from typing import Annotated, Final, Literal, get_args
 
 from pydantic import AfterValidator, Field
 
+from adeye.signals import MANOEUVRE_MONITORS
 from adeye.spec import quantity as q
 from adeye.spec.document import Problem, finds, repeated
 from adeye.spec.sensors import NonNegativeDuration, NonNegativeLength, PositiveFrequency
@@ -25,10 +26,6 @@ LevelKey = Literal["1", "2", "3", "4"]
 Manoeuvre = Literal["continue", "rest_area", "roadside_parking", "stop"]
 MANOEUVRES: Final[tuple[Manoeuvre, ...]] = get_args(Manoeuvre)
 """What a level may ask for, from the mildest; what cannot be had gives way to the next."""
-
-MANOEUVRE_MONITORS: Final = ("mrm_rest_area", "mrm_roadside_parking", "mrm_stop")
-"""Columns beside the monitors that tell the manoeuvre: raw where a level asks for it, confirmed
-where it is in force. They detect nothing."""
 
 
 class Counter(q.Record):

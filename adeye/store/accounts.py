@@ -27,14 +27,13 @@ from adeye.judge.metrics import METRICS
 from adeye.judge.requirements import ANY_FAULT, named_faults, nested_antecedents
 from adeye.judge.stl.batch import HELD, NEEDED
 from adeye.judge.stl.parser import Parameters
-from adeye.signals import Ints
+from adeye.signals import NO_FAULT, Ints
 from adeye.store import tables
 from adeye.store.cases import JUDGED, JUDGED_CASES
 from adeye.store.encoding import Row, row, rows_of_columns, stored_rows
 from adeye.store.ledger import insert_rows, key_text
 from adeye.store.records import Finding
 from adeye.store.sql import filled
-from adeye.sweep.groups import NO_FAULT
 from adeye.trace import LINK_LENGTH, split_links
 from adeye.units import read_quantity
 

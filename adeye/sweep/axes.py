@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 from fractions import Fraction
-from functools import lru_cache, partial
+from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
@@ -23,14 +23,14 @@ from adeye.errors import (
     suggest,
 )
 from adeye.kernel.relation import differences
-from adeye.spec.document import texts_in, validate
-from adeye.spec.expression import parse
+from adeye.spec.document import validate
 from adeye.spec.odd import Axis as AxisSpec
 from adeye.spec.odd import Distribution, Level, Steps
 from adeye.spec.places import PLACE, ROAD, Offer, PlaceRoad, choose_places
 from adeye.spec.quantity import Record
 from adeye.sweep.distributions import Law, law_of, levels_of, of_axis, require_within
-from adeye.units import Dimension, format_quantity, shown
+from adeye.sweep.values import SAME, are_same, quantity_or_text
+from adeye.units import shown
 
 if TYPE_CHECKING:
     from adeye.spec.fault import Fault
@@ -41,8 +41,6 @@ if TYPE_CHECKING:
 
 Kind = Literal["parameter", "scenario", "architecture", "faults"]
 MAX_AXIS_VALUES = 1_000_000
-_SAME = 1e-9
-"""Relative difference up to which two levels are one situation."""
 _QUANTITY = re.compile(
     r"\s*([-+]?(?:[0-9]{1,30}(?:\.[0-9]{0,30})?|\.[0-9]{1,30})(?:[eE][-+]?[0-9]{1,3})?)\s*(\S*)\s*"
 )
@@ -297,39 +295,6 @@ def parameter_quantity(parameter: Parameter, text: Level) -> float:
     return value
 
 
-def quantity_or_text(text: Level) -> tuple[float | str, Dimension | None]:
-    """Read a quantity as SI with its dimension; what else there is becomes text without dimension.
-
-    >>> quantity_or_text("90 m")[0]
-    90.0
-    >>> quantity_or_text("left")
-    ('left', None)
-    >>> quantity_or_text(("localisation", "front_radar"))
-    ('[localisation, front_radar]', None)
-    """
-    if isinstance(text, tuple):
-        return f"[{', '.join(str(item) for item in text)}]", None
-    if isinstance(text, bool):
-        return str(text).lower(), None
-    if isinstance(text, int | float):
-        if not math.isfinite(text):
-            raise SweepError(f"{text!r} is not a finite number")
-        return float(text) + 0.0, Dimension.NONE
-    return _read(text)
-
-
-@lru_cache(maxsize=4096)
-def _read(text: str) -> tuple[float | str, Dimension | None]:
-    """Read a text; a plan asks for the same in each of its sections."""
-    try:
-        expression = parse(text)
-        if expression.names or not expression.is_constant:
-            return text, None
-        return float(expression.evaluate({})) + 0.0, expression.dimension({})
-    except InputError:
-        return text, None
-
-
 def default_values(scenario: LogicalScenario) -> dict[str, float]:
     """Resolve the default of every parameter in SI."""
     return {
@@ -372,22 +337,6 @@ def has_path(record: Any, path: tuple[str, ...]) -> bool:
     return True
 
 
-def _are_same(low: float, high: float) -> bool:
-    """Tell whether rounding alone may part two numbers; whole ones are never rounded."""
-    is_whole = low.is_integer() and high.is_integer()
-    return math.isclose(low, high, rel_tol=_SAME) and (low == high or not is_whole)
-
-
-def situations(values: Sequence[float | str]) -> tuple[float | str, ...]:
-    """Give the values of an axis so that those are equal that rounding alone parts."""
-    numbers = sorted(value for value in set(values) if isinstance(value, float))
-    same = dict(zip(numbers, numbers, strict=True))
-    for low, high in pairwise(numbers):
-        if _are_same(low, high):
-            same[high] = same[low]
-    return tuple(same[value] if isinstance(value, float) else value for value in values)
-
-
 def _require_distinct(texts: Sequence[Level], values: Sequence[object]) -> None:
     first: dict[object, Level] = {}
     for text, value in zip(texts, values, strict=True):
@@ -397,10 +346,10 @@ def _require_distinct(texts: Sequence[Level], values: Sequence[object]) -> None:
         first[value] = text
     numbers = sorted(value for value in first if isinstance(value, float))
     for low, high in pairwise(numbers):
-        if _are_same(low, high):
+        if are_same(low, high):
             pair = " and ".join(shown(first[value]) for value in (low, high))
             raise SweepError(
-                f"two values are the same but for a part of {_SAME:g}, {pair}",
+                f"two values are the same but for a part of {SAME:g}, {pair}",
                 remedy="Remove one.",
             )
 
@@ -568,75 +517,3 @@ def _changed(model: type[Spec], content: Mapping[str, Any], changes: tuple[Chang
         raise SweepError(
             f"with {what}: {first.message}", where=first.where, remedy=first.remedy
         ) from error
-
-
-# --- Swept values in the field's units, for people ------------------------------------------------
-
-
-@dataclass(frozen=True, slots=True)
-class NamedValue:
-    """A swept quantity and its value, ready for people."""
-
-    label: str
-    value: str
-
-
-def named_values(
-    point: Mapping[str, float | str], odd: Mapping[str, Any], scenario: str
-) -> tuple[NamedValue, ...]:
-    """Write the values of a point.
-
-    Args:
-        point: Swept values in SI by the name that the sweep uses.
-        odd: Stored content of the ODD and everything that it names.
-        scenario: Id of the scenario in the ODD.
-    """
-    return tuple(
-        NamedValue(name, axis_text(name, value, odd, scenario)) for name, value in point.items()
-    )
-
-
-def axis_text(name: str, value: float | str, odd: Mapping[str, Any], scenario: str) -> str:
-    """Write one swept value in the unit of the scenario's default, or of what the sweep wrote."""
-    if isinstance(value, str):
-        return value
-    parameter = odd["scenarios"].get(scenario, {}).get("parameters", {}).get(name)
-    if parameter is not None:
-        return quantity_text(value, parameter["default"])
-    for use in odd.get("odd", {}).get("scenarios", ()):
-        if scenario == (use["as"] or use["use"]):
-            return quantity_text(value, written_quantity(use["sweep"], name) or 0.0)
-    return f"{value:.6g}"
-
-
-def written_quantity(sweep: Mapping[str, Any], name: str) -> str | None:
-    """Return the first quantity with a unit that a sweep has written for an axis.
-
-    Args:
-        sweep: As the file of an ODD has it.
-        name: Of the axis.
-    """
-    points = [point[name] for point in sweep["points"] if name in point]
-    for _, text in texts_in((sweep["parameters"].get(name), points)):
-        if quantity_or_text(text)[1] not in (None, Dimension.NONE):
-            return text
-    return None
-
-
-def quantity_text(value: float, default: str | float) -> str:
-    """Write an SI value in the unit of a text like the default's.
-
-    >>> quantity_text(25.0, "100 km/h")
-    '90 km/h'
-    >>> quantity_text(5.5, "1 m/s")
-    '5.5 m/s'
-    """
-    _, dimension = quantity_or_text(default)
-    if dimension is None or dimension is Dimension.NONE:
-        return f"{value:.6g}"
-    unit = str(default).strip().lstrip("+-0123456789.eE").strip()
-    if dimension is Dimension.SPEED and unit == "mm/h":
-        dimension = Dimension.RAIN_RATE
-    if dimension is Dimension.SPEED and unit == "m/s":
-        return f"{value:.6g} m/s"
-    return format_quantity(float(f"{value:.12g}"), dimension)

@@ -18,7 +18,7 @@ from adeye.identity import canonical_json
 from adeye.kernel.jit import compiled
 from adeye.kernel.random import uniform
 from adeye.spec.expression import parse
-from adeye.sweep.axes import situations
+from adeye.sweep.values import situations
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -491,7 +491,7 @@ def axis_words(axis: Any) -> str:
 
 def _between(levels: Sequence[Any]) -> str:
     """Levels of a sample are not its points: it is uniform between the least and the largest."""
-    from adeye.sweep.axes import quantity_or_text
+    from adeye.sweep.values import quantity_or_text
 
     ordered = sorted(levels, key=lambda level: float(quantity_or_text(level)[0]))
     return f"uniform from {ordered[0]} to {ordered[-1]}"

@@ -26,12 +26,13 @@ from adeye.errors import (
 from adeye.identity import JsonRows, digests, stream_seeds
 from adeye.spec.quantity import require_dimension
 from adeye.sweep import groups
-from adeye.sweep.axes import Axis, AxisReader, Variants, default_values, quantity_or_text
+from adeye.sweep.axes import Axis, AxisReader, Variants, default_values
 from adeye.sweep.boundary import breaches
 from adeye.sweep.case import Shared, TestCase, case_json, situation_json
 from adeye.sweep.covering import covering
 from adeye.sweep.design import Points, Relation, Space, full_factorial, zipped
 from adeye.sweep.sampling import filling_points, random_points
+from adeye.sweep.values import quantity_or_text
 from adeye.units import Dimension
 
 if TYPE_CHECKING:

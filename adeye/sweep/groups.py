@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from adeye.errors import InputError, SourceLocation, SpecError, SweepError
+from adeye.signals import NO_FAULT
 from adeye.spec.architecture import targets_of
 from adeye.spec.clock import period_ticks, ticks
 from adeye.sweep.axes import Axis, AxisReader, Change, default_values, has_path
@@ -28,9 +29,6 @@ if TYPE_CHECKING:
     from adeye.sweep.design import Points
 
 # --- Groups of a plan: the points of one scenario, architecture and fault entry -------------------
-
-NO_FAULT = "none"
-"""Name of the fault-free entry, the twin of every other."""
 
 
 @dataclass(frozen=True)

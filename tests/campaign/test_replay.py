@@ -9,8 +9,9 @@ from unittest.mock import Mock
 
 import pytest
 
+from adeye.answers import describe_run
 from adeye.campaign import replay as recalling
-from adeye.campaign.replay import Counter, describe_run, recalled_parts, replay_run, rerun, together
+from adeye.campaign.replay import Counter, recalled_parts, replay_run, rerun, together
 from adeye.campaign.run import Progress, run_campaign
 from adeye.campaign.studies import forks as takeovers
 from adeye.campaign.studies.fault_timing import campaign_injections

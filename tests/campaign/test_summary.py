@@ -10,10 +10,11 @@ from typing import Any
 
 import pytest
 
-from adeye.campaign.summary import campaign_of_file, find_called
+from adeye.answers import gate_campaign
+from adeye.campaign.naming import campaign_of_file, find_called
 from adeye.errors import UsageError
 from adeye.judge.verdict import ExitCode
-from adeye.reporting import GateOptions, gate_campaign
+from adeye.report.gate.decide import GateOptions
 from adeye.store.repository import Repository
 from tests.project import CANDIDATE, CANDIDATE_ONLY, CONCEPT, Project, one_scenario
 from tests.refusals import refused

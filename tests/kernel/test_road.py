@@ -304,3 +304,23 @@ def test_the_width_of_a_bay_in_a_curve_is_across_the_road() -> None:
         inner = road.position(segments, s, road.right_edge(GROUND, s))
         outer = road.position(segments, s, road.right_edge(GROUND._replace(refuges=TWO), s))
         assert math.dist(inner[:2], outer[:2]) == pytest.approx(4.0)
+
+
+def test_a_faster_one_behind_closes() -> None:
+    assert road.road_ttc(-10.0, 20.0, 25.0) == 2.0
+    assert road.road_ttc(-10.0, 20.0, 20.0) == math.inf
+    assert road.road_ttc(10.0, 0.0, 0.0) == math.inf
+    assert road.road_ttc(10.0, 20.0, -5.0) == 0.4
+
+
+def test_a_gap_has_the_sign_of_where_the_other_is() -> None:
+    assert road.road_gap(10.0, 2.0, 3.0) == 5.0
+    assert road.road_gap(-10.0, 2.0, 3.0) == -5.0
+    assert road.road_gap(4.0, 2.0, 3.0) == 0.0
+
+
+def test_a_box_across_the_road_takes_its_width_along_it() -> None:
+    size = np.array([12.0, 2.5, 3.8])
+    assert road.road_extent(size, 0.0) == 6.0
+    assert road.road_extent(size, math.pi / 2) == pytest.approx(1.25)
+    assert road.road_extent(size, math.pi) == pytest.approx(6.0)

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from adeye.answers import compare_campaign
 from adeye.campaign.plan import signal_table
 from adeye.report.comparison.records import CompareOptions
-from adeye.reporting import compare_campaign
 from tests.conftest import MakeProject
 from tests.project import CANDIDATE, odd_of, run_cases, use
 from tests.requirements.test_r08_six_sensor_types import SUITE

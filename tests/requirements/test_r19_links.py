@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from adeye.campaign.replay import describe_run, replay_run
+from adeye.answers import describe_run
+from adeye.campaign.replay import replay_run
 from adeye.errors import SweepError
 from adeye.spec.sensors import Radar
 from adeye.sweep.case import structure_key

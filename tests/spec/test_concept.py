@@ -11,23 +11,25 @@ import yaml
 from pydantic import ValidationError
 
 from adeye.errors import InputError, InputErrors, SpecError
-from adeye.spec.concept import (
+from adeye.spec.asil import (
     ASIL_ORDER,
-    Budget,
-    Concept,
-    Element,
     RequirementAsil,
-    asil_problems,
-    budgets_of,
-    causes,
     determine_asil,
     goal_of,
     own_asil,
-    parents,
     rank,
-    scheme,
     scheme_text,
     schemes,
+)
+from adeye.spec.concept import (
+    Budget,
+    Concept,
+    Element,
+    asil_problems,
+    budgets_of,
+    causes,
+    parents,
+    scheme,
     unprovided,
 )
 from adeye.spec.document import load_document, validate

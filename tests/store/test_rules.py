@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from adeye.campaign.check import over_budget
-from adeye.spec.concept import ASIL_ORDER, determine_asil
+from adeye.spec.asil import ASIL_ORDER, determine_asil
 from adeye.store.read.checking import EVIDENCE_RULES, Violation, check_campaign, check_plan
 from adeye.store.rules import BUDGET_RULES, CAMPAIGN_RULES, CONCEPT_RULES, RULES, check_view_ddl
 from adeye.store.views import view_ddl

@@ -12,6 +12,7 @@ from adeye.spec.load import OddFiles
 from adeye.spec.odd import Sweep
 from adeye.spec.scenario import Parameter
 from adeye.sweep import axes
+from adeye.sweep import values as swept
 from adeye.sweep.axes import parameter_value as value_of
 from adeye.units import Dimension
 from tests.refusals import refused
@@ -53,7 +54,7 @@ def test_steps_include_both_ends_without_rounding(
 ) -> None:
     start, stop, step = steps
     axis = read("gap", {"from": start, "to": stop, "step": step})
-    values = tuple(axes.quantity_or_text(text)[0] for text in texts)
+    values = tuple(swept.quantity_or_text(text)[0] for text in texts)
     assert axis.values == values
 
 
@@ -75,8 +76,8 @@ def test_steps_are_as_many_as_asked_and_evenly_spaced(start: int, count: int, st
     stop = start + (count - 1) * step
     written = {"from": tenths(start), "to": tenths(stop), "step": tenths(step)}
     levels = _steps(Steps.model_validate(written))
-    assert [axes.quantity_or_text(level)[0] for level in levels] == [
-        axes.quantity_or_text(tenths(start + k * step))[0] for k in range(count)
+    assert [swept.quantity_or_text(level)[0] for level in levels] == [
+        swept.quantity_or_text(tenths(start + k * step))[0] for k in range(count)
     ]
 
 
@@ -121,7 +122,7 @@ def test_quantity_or_text() -> None:
         ("", "", None),
         ("1 / 0", "1 / 0", None),
     ):
-        assert axes.quantity_or_text(text) == (value, dimension)
+        assert swept.quantity_or_text(text) == (value, dimension)
 
 
 def test_value_at_the_end_of_its_range_is_inside_whatever_its_unit() -> None:
@@ -261,7 +262,7 @@ def test_value_is_written_in_the_unit_of_the_default() -> None:
         (0.35, 0.9, "0.35"),
         (3.0, "left", "3"),
     ):
-        assert axes.quantity_text(value, default) == text
+        assert swept.quantity_text(value, default) == text
 
 
 @pytest.mark.parametrize(
@@ -269,23 +270,23 @@ def test_value_is_written_in_the_unit_of_the_default() -> None:
     [("110 km/h", "100 km/h"), ("2.5 mm/h", "0 mm/h"), ("0.7 m/s", "1 m/s"), ("35 m", "1 km")],
 )
 def test_what_is_written_reads_back(text: str, default: str) -> None:
-    value, _ = axes.quantity_or_text(text)
-    again, _ = axes.quantity_or_text(axes.quantity_text(float(value), default))
+    value, _ = swept.quantity_or_text(text)
+    again, _ = swept.quantity_or_text(swept.quantity_text(float(value), default))
     assert again == pytest.approx(value, rel=1e-9)
 
 
 def test_axis_by_path_and_words_are_shown_as_they_are_and_a_point_in_its_order() -> None:
-    assert axes.axis_text("architecture.switch.policy", "stuck", ODD, "cut_in") == "stuck"
-    assert axes.axis_text("architecture.count", 2.0, ODD, "cut_in") == "2"
-    assert axes.axis_text("architecture.vehicle.length", 4.9, ODD, "cut_in") == "4.9"
-    assert axes.axis_text("ego_speed", 25.0, ODD, "another") == "25"
+    assert swept.axis_text("architecture.switch.policy", "stuck", ODD, "cut_in") == "stuck"
+    assert swept.axis_text("architecture.count", 2.0, ODD, "cut_in") == "2"
+    assert swept.axis_text("architecture.vehicle.length", 4.9, ODD, "cut_in") == "4.9"
+    assert swept.axis_text("ego_speed", 25.0, ODD, "another") == "25"
     point: dict[str, float | str] = {"rain": 0.0, "ego_speed": 25.0, "friction": 0.5}
     texts = {"rain": "0 mm/h", "ego_speed": "90 km/h", "friction": "0.5"}
-    named = [axes.NamedValue(name, text) for name, text in texts.items()]
-    assert list(axes.named_values(point, ODD, "cut_in")) == named
+    named = [swept.NamedValue(name, text) for name, text in texts.items()]
+    assert list(swept.named_values(point, ODD, "cut_in")) == named
 
 
 def test_axis_by_path_is_written_in_the_unit_of_its_sweep() -> None:
-    assert axes.axis_text(RAIN, 4e-3 / 3600, ODD, "cut_in") == "4 mm/h"
-    assert axes.axis_text(RAIN, 4e-3 / 3600, ODD, "other") == "1.11111e-06 m/s"
-    assert axes.axis_text(RANGE, 120.0, ODD, "cut_in") == "120 m"
+    assert swept.axis_text(RAIN, 4e-3 / 3600, ODD, "cut_in") == "4 mm/h"
+    assert swept.axis_text(RAIN, 4e-3 / 3600, ODD, "other") == "1.11111e-06 m/s"
+    assert swept.axis_text(RANGE, 120.0, ODD, "cut_in") == "120 m"

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from importlib import resources
 from itertools import product
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
-import yaml
 
 from adeye.analysis.suite import conditions, speeds
 from adeye.analysis.suite.conditions import CASES, DEFAULTS, TARGETS
 from adeye.analysis.suite.coverage import anybody, blind_bearings, blind_spots, coverage, look_of
 from adeye.analysis.suite.geometry import reach_of, view_of, zones_of
 from adeye.analysis.suite.records import NotAnalysed, Removal, Suite, SuiteReach, SuiteSensor
+from adeye.packaged import packaged_yaml
 from adeye.spec.sensors import FmuSensor, PluginSensor, model_name
 
 if TYPE_CHECKING:
@@ -133,9 +132,7 @@ def _left(item: Removal) -> tuple[float, float]:
 
 # --- Analyse the suite of an architecture: coverage, blind spots, range slack, loss of parts ------
 
-_NOTES: Final[dict[str, Any]] = yaml.safe_load(
-    (resources.files("adeye.analysis.suite") / "notes.yaml").read_text("utf-8")
-)
+_NOTES: Final[dict[str, Any]] = packaged_yaml("adeye.analysis.suite", "notes.yaml")
 NOTES: Final[tuple[str, ...]] = tuple(_NOTES["always"])
 
 

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any, Final, Literal, TypeVar
 import numpy as np
 
 from adeye.campaign.executors import InProcess, Processes, Threads
+from adeye.campaign.naming import find_called, is_file_name, planned_as
 from adeye.campaign.replay import Counter, recalled_parts, same_ticks
 from adeye.campaign.run import Progress, fitting
-from adeye.campaign.summary import find_called, is_file_name, planned_as
 from adeye.campaign.work import BatchTask, WorkContext, execute, grouped
 from adeye.errors import PlatformError, UsageError
 from adeye.judge.evaluate import MARGIN

@@ -9,9 +9,9 @@ from adeye.campaign.replay import Counter, Recalled, Report, recall, recalled_pa
 from adeye.campaign.studies.forks import require_as_recorded
 from adeye.errors import InputError
 from adeye.judge.timeline import Injection, classify_injection, tabulate, timeline, violation_s
+from adeye.signals import NO_FAULT
 from adeye.store.repository import Repository
 from adeye.sweep.case import AuthorityOverride, TestCase
-from adeye.sweep.groups import NO_FAULT
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence

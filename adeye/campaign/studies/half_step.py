@@ -18,8 +18,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
+from adeye.campaign.naming import find_called
 from adeye.campaign.plan import CampaignPlan, Sample, concerns
-from adeye.campaign.summary import find_called
 from adeye.campaign.work import BatchResult, BatchTask
 from adeye.errors import InputError
 from adeye.judge import uncertainty

@@ -20,6 +20,7 @@ from adeye.campaign.work import describe, evaluate, grouped
 from adeye.errors import InputError, IntegrityError, UsageError, require_known
 from adeye.judge.preventability import CellCount, Comparison, is_conflict, tabulate_cells
 from adeye.kernel.reference_drivers.reactions import EDITIONS, MODELS, parameters_of
+from adeye.signals import NO_FAULT
 from adeye.simulate.engine import identity
 from adeye.simulate.engine import run as run_batch
 from adeye.spec.architecture import Architecture
@@ -29,7 +30,6 @@ from adeye.store.records import EngineKey
 from adeye.store.repository import Repository
 from adeye.store.write.studies import Benchmarks, DriveRecord
 from adeye.sweep.case import TestCase, structure_key
-from adeye.sweep.groups import NO_FAULT
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

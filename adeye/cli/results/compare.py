@@ -60,8 +60,8 @@ def compare(
         adeye compare odd/motorway_chauffeur.yaml --baseline legacy_camera
         adeye compare 3 camera_radar legacy_camera --objectives failures,cost --epsilon cost=20
     """
+    from adeye.answers import compare_campaign
     from adeye.report.comparison.records import CompareOptions
-    from adeye.reporting import compare_campaign
 
     comparison = compare_campaign(
         db,

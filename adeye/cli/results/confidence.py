@@ -59,8 +59,8 @@ def confidence(
         adeye confidence odd/motorway_chauffeur.yaml
         adeye confidence 3 --level 0.99 --target 1e-3
     """
+    from adeye.answers import claim
     from adeye.report.claims import ClaimOptions, Method
-    from adeye.reporting import claim
 
     options = ClaimOptions(level, cast("Method", method), target, joint)
     claims = claim(db, name, options)

@@ -61,7 +61,7 @@ def diff(
         adeye diff 3 5 --json
         adeye diff '@{-1}' latest --markdown
     """
-    from adeye.reporting import diff_campaigns
+    from adeye.answers import diff_campaigns
 
     if markdown and json:
         raise UsageError("--markdown and --json exclude each other", remedy="Give one of the two.")

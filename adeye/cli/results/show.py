@@ -65,7 +65,7 @@ def show(
         adeye show --worst FSR-02 --all
         adeye show 3f2a --json
     """
-    from adeye.campaign.replay import describe_run
+    from adeye.answers import describe_run
 
     called = run_called(db, run, worst, last_failed=last_failed)
     print_run = partial(_print_run, is_whole=all_)

@@ -55,7 +55,7 @@ def where(
         adeye where FSR-02 --by gap,ego_speed --architecture legacy_camera
         adeye where FSR-02 3 --json
     """
-    from adeye.reporting import where_in
+    from adeye.answers import where_in
 
     axes = [name for name in map(str.strip, (by or "").split(",")) if name]
     found = where_in(db, campaign, fsr, by=axes, architectures=architecture or ())

@@ -19,9 +19,8 @@ from adeye.kernel.criticality import (
     safe_distance_ratio,
 )
 from adeye.kernel.jit import allocating
-from adeye.kernel.road import lane_way
+from adeye.kernel.road import lane_way, road_gap
 from adeye.ports import MetricColumn
-from adeye.simulate.world.storyboard import road_gap
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -8,16 +8,15 @@ from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
 from functools import partial, wraps
-from importlib import resources
 from inspect import unwrap
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeVar, overload
 
 import numpy as np
-import yaml
 
 from adeye.errors import UsageError
 from adeye.judge.series import TraceSeries
 from adeye.judge.stl.formula import unit_exponents
+from adeye.packaged import packaged_yaml
 from adeye.ports import MetricColumn
 from adeye.supervision import is_asked, told
 from adeye.units import UNITS, shown
@@ -157,9 +156,7 @@ class MetricDefinition:
 
 LONGEST_COLUMN: Final = 56
 """Characters of a column: with the endings of those beside it, as many as PostgreSQL keeps."""
-_SOURCES: Final[dict[str, str]] = yaml.safe_load(
-    (resources.files("adeye.judge.metrics") / "sources.yaml").read_text("utf-8")
-)
+_SOURCES: Final[dict[str, str]] = packaged_yaml("adeye.judge.metrics", "sources.yaml")
 METRICS: Final[dict[str, MetricDefinition]] = {}
 """Registered metrics by column."""
 

@@ -33,7 +33,6 @@ from adeye.judge.stl.batch import VIOLATED, evaluate_columns
 from adeye.judge.stl.formula import TRUTH_LABELS, unit_exponents
 from adeye.judge.stl.series import SampleStatus, declared_series
 from adeye.kernel.relation import tick_times
-from adeye.spec.plausible import farthest
 from adeye.units import Dimension
 
 if TYPE_CHECKING:
@@ -246,6 +245,8 @@ def _pulls(node: syntax.Node, sign: int) -> Iterator[tuple[str, str, int]]:
 
 def _ends(signal: SignalType, lasts_s: float) -> tuple[float, float]:
     """Return the least and the largest plausible value of a number in runs that last so long."""
+    from adeye.spec.plausible import farthest
+
     far = farthest(unit_exponents(signal.unit) or (0, 0, 0))
     most = far if signal.most is None else signal.most
     most *= lasts_s if signal.most_per == "s" else 1.0

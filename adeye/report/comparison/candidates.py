@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from adeye.judge.pairing import FAILED, HELD, UNDECIDED, number_rows, pair_up, s
 from adeye.judge.statistics import median_low
 from adeye.judge.verdict import FAIL, INCONCLUSIVE, PASS, Verdict
 from adeye.report.comparison import records
-from adeye.signals import Ints
+from adeye.signals import NO_FAULT, Ints
 from adeye.spec.architecture import Architecture
 from adeye.spec.quantity import SI
 from adeye.store.read.bulk import Compared
@@ -87,8 +87,6 @@ def extra_sensor(more: Mapping[str, Any], less: Mapping[str, Any]) -> str | None
 
 
 # --- What each compared architecture costs and achieves, and which of them are worth choosing -----
-
-_NO_FAULT: Final = "none"
 
 
 class Candidates:
@@ -205,7 +203,7 @@ class Candidates:
         rows = self._rows[name]
         compared = self._compared
         severity = severities(compared.verdict[self._judged(name)]).max(axis=1, initial=HELD)
-        is_free = np.array([word == _NO_FAULT for word in compared.fault_entry.words])
+        is_free = np.array([word == NO_FAULT for word in compared.fault_entry.words])
         free = rows[is_free[compared.fault_entry.codes[rows]]]
         default = self._contents[name]["switch"]["default"]
         own = compared.channels.index(default) if default in compared.channels else None

@@ -21,7 +21,7 @@ from adeye.identity import digest, unique_keys
 from adeye.judge.verdict import ExitCode, Verdict, exit_code
 from adeye.outputs import require_plain, write_atomically
 from adeye.report.model.part import Count, Id, Margin, Part, agrees
-from adeye.spec.concept import RequirementAsil
+from adeye.spec.asil import RequirementAsil
 
 # --- What a gate found, and which of it decides the exit code -------------------------------------
 

@@ -23,9 +23,8 @@ from adeye.report.claims import is_sample
 from adeye.report.gate.baseline import Baseline, BaselineCase, BaselineCell, Finding, Kind
 from adeye.report.words import counted, quantity, unit_text
 from adeye.signals import Floats
-from adeye.spec.concept import rank
-from adeye.spec.odd import MOST_TOLERANCE, TOLERANCES
-from adeye.units import shown
+from adeye.spec.asil import rank
+from adeye.units import MOST_TOLERANCE, TOLERANCES, shown
 
 # --- Losses of margin against a baseline: how large, in how many pairs, and whether they count ----
 

@@ -324,6 +324,25 @@ _GOES_ON: Final = {
 """What is to be done about a campaign in a state; else it is run again."""
 
 
+@dataclass(frozen=True)
+class GateOptions:
+    """What a gate is asked.
+
+    Attributes:
+        baseline: File to compare with; None for the verdicts of the campaign alone.
+        tolerances: Losses of margin that do not count.
+        is_update: Write the baseline instead.
+        accepts_incomplete: Write it also from incomplete evidence.
+        junit: JUnit XML to write.
+    """
+
+    baseline: Path | None = None
+    tolerances: Tolerances = field(default_factory=Tolerances)
+    is_update: bool = False
+    accepts_incomplete: bool = False
+    junit: Path | None = None
+
+
 def judge_campaign(
     repository: Repository,
     campaign: CampaignInfo,

@@ -32,7 +32,7 @@ from adeye.store.read.bulk import Compared, Made
 from adeye.store.records import CampaignInfo
 from adeye.store.repository import Repository
 from adeye.store.write.content import executable_digest
-from adeye.sweep.axes import axis_text
+from adeye.sweep.values import axis_text
 
 _WORDS: Final = {
     **{code: Verdict(str(word)) for code, word in enumerate(VERDICTS)},

@@ -6,7 +6,7 @@ from pydantic import Field
 
 from adeye.judge.verdict import Outcome, Verdict, exercised_of
 from adeye.report.model.part import Asil, Count, Id, Margin, Part
-from adeye.spec.concept import RequirementAsil
+from adeye.spec.asil import RequirementAsil
 
 # --- What a report says about the concept: hazards to requirements' elements, and what is wrong ---
 

@@ -23,7 +23,7 @@ from adeye.report.model.evidence import Impact, OddCoverage, StepUncertainty
 from adeye.report.model.part import Binding, Command, Count, Id, Label, Margin, Part, Place, agrees
 from adeye.report.page.replay import Replay, Undrawn
 from adeye.report.where.records import FailureMaps
-from adeye.spec.concept import RequirementAsil
+from adeye.spec.asil import RequirementAsil
 from adeye.store.read.totals import ChannelFailure
 
 SCHEMA = "adeye/report@1"

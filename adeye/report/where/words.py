@@ -11,7 +11,7 @@ import numpy as np
 
 from adeye.report.where.boxes import LISTED
 from adeye.signals import Bools
-from adeye.sweep.axes import quantity_or_text
+from adeye.sweep.values import quantity_or_text
 from adeye.units import UNITS, Dimension, Unit, si_unit
 
 FAULT: Final = "fault"

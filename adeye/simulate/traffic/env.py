@@ -24,8 +24,9 @@ from adeye.simulate.traffic import make_traffic
 from adeye.spec.architecture import Architecture
 from adeye.spec.load import load_architecture, load_scenario
 from adeye.spec.scenario import LogicalScenario
-from adeye.sweep.axes import default_values, quantity_or_text
+from adeye.sweep.axes import default_values
 from adeye.sweep.case import lone_case
+from adeye.sweep.values import quantity_or_text
 from adeye.units import shown
 
 if TYPE_CHECKING:

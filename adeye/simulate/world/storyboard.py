@@ -11,10 +11,10 @@ from adeye import signals
 from adeye.errors import SpecError
 from adeye.kernel import storyboard
 from adeye.kernel.boxes import box_distance, box_of
-from adeye.kernel.elementary import cos, sin_cos
+from adeye.kernel.elementary import cos
 from adeye.kernel.jit import compiled
 from adeye.kernel.postfix import PUSH_VARIABLE, Programs
-from adeye.kernel.road import lane_way
+from adeye.kernel.road import lane_way, road_extent, road_gap, road_ttc
 from adeye.kernel.storyboard import Script
 from adeye.signals import (
     Bools,
@@ -404,32 +404,6 @@ class TriggerTable:
 
 
 @compiled
-def road_gap(apart: float, ego_extent: float, other_extent: float) -> float:
-    """Bumper-to-bumper gap along a lane [m]: positive ahead, negative behind, 0 side by side.
-
-    Args:
-        apart: From the ego's centre to that of the other, as of ``lane_way`` [m].
-        ego_extent: Half of the length that the ego takes along the road [m].
-        other_extent: Half of the length that the other takes [m].
-    """
-    free = max(0.0, abs(apart) - ego_extent - other_extent)
-    return math.copysign(free, apart)
-
-
-@compiled
-def road_ttc(gap: float, ego_speed: float, other_speed: float) -> float:
-    """Time to collision along the road at constant speeds [s], inf if the gap does not close.
-
-    Args:
-        gap: As of ``road_gap`` [m].
-        ego_speed: Along the lane [m/s].
-        other_speed: Along the same lane, see ``lane_share`` [m/s].
-    """
-    closing = (ego_speed - other_speed) * math.copysign(1.0, gap)
-    return abs(gap) / closing if closing > 0.0 else math.inf
-
-
-@compiled
 def lane_share(place: Floats, d: float) -> float:
     """Way along a lane over the way that somebody drives beside it, 1 on a straight road.
 
@@ -441,18 +415,6 @@ def lane_share(place: Floats, d: float) -> float:
     """
     bend = place[signals.PLACE_CURVATURE]
     return float(max(0.0, 1.0 - bend * d) / max(1e-3, 1.0 - bend * place[signals.PLACE_D]))
-
-
-@compiled
-def road_extent(size: Floats, angle: float) -> float:
-    """Half of the length that a box takes along the road [m].
-
-    Args:
-        size: (3,) length, width, height [m].
-        angle: Heading relative to the road [rad].
-    """
-    sine, cosine = sin_cos(angle)
-    return float(0.5 * (size[0] * abs(cosine) + size[1] * abs(sine)))
 
 
 @compiled

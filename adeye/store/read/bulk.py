@@ -14,7 +14,7 @@ from array import array
 from collections.abc import Collection, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from itertools import count
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from sqlalchemy import Connection
@@ -22,9 +22,6 @@ from sqlalchemy import Connection
 from adeye.judge.pairing import NOT_JUDGED, NOT_RUN
 from adeye.judge.verdict import VERDICTS, Outcome
 from adeye.signals import Bools, Floats, Ints
-from adeye.spec.odd import Attributes, CoverageBins
-from adeye.spec.quantity import SI
-from adeye.spec.scenario import LogicalScenario
 from adeye.store.cases import standing
 from adeye.store.catalogue import is_server
 from adeye.store.location import Place
@@ -32,7 +29,10 @@ from adeye.store.postgres import translated
 from adeye.store.read.campaigns import content
 from adeye.store.schema import opened
 from adeye.store.tables import TABLES, plain_digests
-from adeye.sweep.coverage import Coverage, Situations, coverage_of
+
+if TYPE_CHECKING:
+    from adeye.spec.odd import Attributes, CoverageBins
+    from adeye.sweep.coverage import Coverage, Situations
 
 # --- The executed runs of a campaign as columns of numbers and codes: a million fit into memory ---
 
@@ -736,6 +736,9 @@ def executed_runs(place: Place, campaign: str) -> ExecutedRuns:
 
 def declared_attributes(odd: Mapping[str, Any]) -> tuple[Attributes, CoverageBins | None]:
     """Read the attributes and declared bins of a stored ODD, the content of its own file."""
+    from adeye.spec.odd import Attributes, CoverageBins
+    from adeye.spec.quantity import SI
+
     declared = odd.get("coverage")
     bins = None if declared is None else CoverageBins.model_validate(declared, context=SI)
     return Attributes.model_validate(odd["attributes"], context=SI), bins
@@ -749,12 +752,18 @@ def coverage_of_runs(runs: ExecutedRuns, odd: Mapping[str, Any], strength: int) 
         odd: Stored content of its ODD's own file.
         strength: Most attributes that are combined.
     """
+    from adeye.sweep.coverage import coverage_of
+
     attributes, bins = declared_attributes(odd)
     situations = (_situations(item) for item in runs.situations)
     return coverage_of(attributes, bins, strength, situations)
 
 
 def _situations(executed: ExecutedSituations) -> Situations:
+    from adeye.spec.quantity import SI
+    from adeye.spec.scenario import LogicalScenario
+    from adeye.sweep.coverage import Situations
+
     rows = executed.parameters
     names = rows[0] if rows else ()
     columns = {name: np.array([row[name] for row in rows], dtype=np.float64) for name in names}

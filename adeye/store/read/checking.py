@@ -7,14 +7,11 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from sqlalchemy import Connection, create_engine
 
 from adeye.errors import SourceLocation
-from adeye.spec.architecture import Architecture
-from adeye.spec.fault import FAULT, Injected, idle_faults
-from adeye.spec.quantity import SI
 from adeye.store import tables
 from adeye.store.cases import standing
 from adeye.store.evidence.verification import require_sound
@@ -27,6 +24,9 @@ from adeye.store.schema import opened
 from adeye.store.tables import plain_digests
 from adeye.store.write.content import save_concept, save_content
 from adeye.store.write.planning import fsr_rows, judging_hash, save_campaign
+
+if TYPE_CHECKING:
+    from adeye.spec.fault import Injected
 
 _UNSAVED: Final = "unsaved"
 _STANDS: Final = standing("run.result_digest")
@@ -219,6 +219,8 @@ def _ask(connection: Connection, rules: Iterable[Rule], campaign: str) -> tuple[
 
 def idle_violations(declared: Iterable[str], injected: Iterable[Injected]) -> tuple[Violation, ...]:
     """Say which faults do nothing, see ``idle_faults``."""
+    from adeye.spec.fault import idle_faults
+
     return tuple(
         Violation(IDLE_FAULT.name, "fault", name, f"{name} {reason}")
         for name, reason in idle_faults(declared, injected)
@@ -233,7 +235,13 @@ def injected_faults(connection: Connection, campaign: str) -> list[Injected]:
         "WHERE c.campaign_id = ? AND t.faults <> '[]') d "
         "JOIN architecture a ON a.digest = d.architecture_digest",
         (campaign,),
-    )
+    ).all()
+    if not found:
+        return []
+    from adeye.spec.architecture import Architecture
+    from adeye.spec.fault import FAULT
+    from adeye.spec.quantity import SI
+
     injected: list[Injected] = []
     for faults, content in found:
         known = json.loads(content)

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from importlib import resources
 from string import Template
 from typing import Final
 
-import yaml
+from adeye.packaged import of_yaml, packaged_text
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,15 +38,15 @@ _LATEST: Final = "(SELECT campaign FROM v_campaigns WHERE recency = 1)"
 
 
 def _read(name: str) -> str:
-    return (resources.files("adeye.store.read") / name).read_text("utf-8")
+    return packaged_text("adeye.store.read", name)
 
 
 def _saved() -> dict[str, SavedQuery]:
-    written = yaml.safe_load(Template(_read("saved.yaml")).substitute(latest=_LATEST))
+    written = of_yaml(Template(_read("saved.yaml")).substitute(latest=_LATEST))
     return {name: SavedQuery(name, **fields) for name, fields in written.items()}
 
 
 SAVED: Final = _saved()
 """Saved queries by name; each is about the latest campaign, but for ``campaigns``."""
-VIEWS: Final[dict[str, str]] = yaml.safe_load(_read("views.yaml"))
+VIEWS: Final[dict[str, str]] = of_yaml(_read("views.yaml"))
 """What each view is about, by its name."""

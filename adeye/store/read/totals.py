@@ -27,14 +27,12 @@ from adeye.judge.verdict import (
     fold_runs,
     gate_exit,
 )
-from adeye.spec.concept import Concept, Requirement
-from adeye.spec.fault import idle_faults
-from adeye.spec.quantity import SI
 from adeye.store.evidence.roots import Withdrawal
 from adeye.store.records import of_fields
 from adeye.store.repository import Repository
 
 if TYPE_CHECKING:
+    from adeye.spec.concept import Requirement
     from adeye.store.records import (
         CampaignInfo,
         Finding,
@@ -168,6 +166,9 @@ def _about_silence(repository: Repository, campaign: CampaignInfo) -> list[tuple
 
 
 def _requirements(repository: Repository, campaign: CampaignInfo) -> tuple[Requirement, ...]:
+    from adeye.spec.concept import Concept
+    from adeye.spec.quantity import SI
+
     concept = repository.content("concept", campaign.concept_digest)
     return tuple(Concept.model_validate(concept, context=SI).requirements)
 
@@ -495,8 +496,10 @@ def gate_code(
         return code, "; ".join([*reasons, *aside, *map(str, told)]) or code.meaning
     # A contact that no FSR forbids and a failure that is mastered are green, and are said.
     beside += [_repeats(count, name) for name, count in repeated.items() if count]
-    injected = repository.injected_faults(campaign.id)
-    beside += [f"fault {name} {reason}" for name, reason in idle_faults((), injected)]
+    if injected := repository.injected_faults(campaign.id):
+        from adeye.spec.fault import idle_faults
+
+        beside += [f"fault {name} {reason}" for name, reason in idle_faults((), injected)]
     if unbegun := _unbegun(repository, campaign):
         beside.append(f"began in no run: {unbegun}")
     also = [*contacts_in_words(repository, campaign), *beside, *map(str, told)]

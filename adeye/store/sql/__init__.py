@@ -10,9 +10,10 @@ No statement that changes anything is here. Begin with ``v_verdicts.sql``.
 from __future__ import annotations
 
 from functools import cache
-from importlib import resources
 from itertools import dropwhile
 from string import Template
+
+from adeye.packaged import packaged_text
 
 
 @cache
@@ -41,7 +42,7 @@ def heading(name: str) -> tuple[str, str]:
 
 
 def _lines(name: str) -> list[str]:
-    return (resources.files(__name__) / f"{name}.sql").read_text("utf-8").splitlines()
+    return packaged_text(__name__, f"{name}.sql").splitlines()
 
 
 def _is_comment(line: str) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from sqlalchemy import Connection, Table
 
@@ -13,11 +13,13 @@ from adeye.errors import ExpressionError
 from adeye.identity import canonical_json, digest
 from adeye.judge.stl.formula import parse_formula
 from adeye.judge.stl.syntax import response_time
-from adeye.spec.concept import Assumption, Concept, DependentFailure, Requirement, scheme
 from adeye.store import tables
 from adeye.store.encoding import json_text, row
 from adeye.store.ledger import add_row, insert_rows, row_of
 from adeye.store.records import ContentRecord
+
+if TYPE_CHECKING:
+    from adeye.spec.concept import Assumption, Concept, DependentFailure, Requirement
 
 Told = Callable[[Any], Mapping[str, Any]]
 """Gives the columns that a part of a concept has otherwise than under the name of the column."""
@@ -65,6 +67,8 @@ def concept_record(concept: Concept) -> ContentRecord:
 
 def save_concept(connection: Connection, concept: Concept) -> str:
     """Save a concept and its parts unless they are there; return its digest."""
+    from adeye.spec.concept import scheme
+
     key = save_content(connection, "concept", concept_record(concept))
 
     def save(table: Table, found: Iterable[Sequence[Any]]) -> None:

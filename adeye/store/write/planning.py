@@ -20,12 +20,11 @@ from contextlib import ExitStack, contextmanager
 from datetime import datetime, timedelta
 from itertools import repeat
 from operator import itemgetter
-from typing import Any, Final, TextIO
+from typing import TYPE_CHECKING, Any, Final, TextIO
 
 from sqlalchemy import Connection
 
 from adeye.errors import InputError
-from adeye.spec.concept import Requirement
 from adeye.store import encoding, tables
 from adeye.store.accounts import CaseGroups, account_whole, save_groups
 from adeye.store.block import PlannedCases
@@ -38,6 +37,9 @@ from adeye.store.views import ensure_scenario_views
 from adeye.store.write.content import concept_record, save_concept, save_content
 from adeye.store.write.queue import add_block
 from adeye.store.write.results import write_tallies
+
+if TYPE_CHECKING:
+    from adeye.spec.concept import Requirement
 
 # --- What a campaign selects: its identity, and its cases on their way to the database ------------
 

@@ -22,6 +22,7 @@ from sqlalchemy import Connection
 from adeye.errors import IntegrityError
 from adeye.judge.preventability import BENCHMARK_VERSION, TAKEOVERS_VERSION, Comparison, cell_of
 from adeye.judge.timeline import TIMELINE_VERSION, Injection, Timeline
+from adeye.signals import NO_FAULT
 from adeye.store import tables
 from adeye.store.block import RunBlock
 from adeye.store.cases import JUDGED_CASES, standing
@@ -34,7 +35,6 @@ from adeye.store.records import ContentRecord, ForkRecord, RunRef, of_row
 from adeye.store.write.content import save_content
 from adeye.store.write.half_steps import HalfSteps
 from adeye.store.write.results import changed_case, record_judged_runs, record_runs
-from adeye.sweep.groups import NO_FAULT
 
 if TYPE_CHECKING:
     from adeye.judge.preventability import Cell, TakeoverClass

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-import yaml
+from adeye.packaged import packaged_yaml
 
 COMPLETED: Final = "completed"
 PROGRAM: Final = Path(__file__).with_name("program.py")
@@ -46,7 +46,7 @@ class Animal:
 
 def _read() -> Iterator[Mapping[str, Animal]]:
     """Read the animals of each kind, in the order of ``animals.yaml``."""
-    written = yaml.safe_load(Path(__file__).with_name("animals.yaml").read_text("utf-8"))
+    written = packaged_yaml(__name__, "animals.yaml")
     for animals in written.values():
         yield {name: Animal(**item) for name, item in animals.items()}
 

@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from adeye.answers import describe_run
 from adeye.campaign import run as runner
 from adeye.campaign.integrity import check_stored
 from adeye.campaign.plan import CampaignPlan
-from adeye.campaign.replay import describe_run, replay_run, rerun
+from adeye.campaign.replay import replay_run, rerun
 from adeye.campaign.selection import Choice, Shard
 from adeye.campaign.stale import Staleness, find_stale
 from adeye.campaign.studies import half_step as halving

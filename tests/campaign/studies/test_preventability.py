@@ -10,7 +10,8 @@ from unittest.mock import Mock
 
 import pytest
 
-from adeye.campaign.replay import describe_run, replay_run
+from adeye.answers import describe_run
+from adeye.campaign.replay import replay_run
 from adeye.campaign.studies import preventability
 from adeye.campaign.studies.preventability import Preventability, prevent, reference_architecture
 from adeye.errors import InputError, IntegrityError, UsageError

@@ -8,6 +8,7 @@ from unittest.mock import ANY, Mock, call
 import numpy as np
 import pytest
 
+import adeye.answers
 import adeye.campaign.replay
 import adeye.reporting
 from adeye import reporting
@@ -85,7 +86,7 @@ def results(monkeypatch: pytest.MonkeyPatch) -> Mock:
     fake = Mock(replayed=REPLAYED)
     fake.describe_run.return_value = DESCRIPTION
     fake.replay_run.side_effect = replay_run
-    monkeypatch.setattr(adeye.campaign.replay, "describe_run", fake.describe_run)
+    monkeypatch.setattr(adeye.answers, "describe_run", fake.describe_run)
     monkeypatch.setattr(adeye.campaign.replay, "replay_run", fake.replay_run)
     monkeypatch.setattr(adeye.reporting, "write_replay", fake.write_replay)
     return fake

@@ -9,11 +9,11 @@ from typing import Any
 
 import pytest
 
+from adeye.answers import diff_campaigns
 from adeye.errors import UsageError
 from adeye.judge.verdict import Verdict
 from adeye.report.gate.difference import _JUDGED_BY, Difference, find_difference, grouped
 from adeye.report.gate.edits import edits_between
-from adeye.reporting import diff_campaigns
 from adeye.store.repository import Repository
 from tests.project import CANDIDATE, CONCEPT, Executed, Project, one_scenario
 from tests.sql import rows

@@ -9,7 +9,7 @@ from adeye.judge.verdict import Verdict
 from adeye.report.gate.baseline import BaselineCase, BaselineCell
 from adeye.report.gate.changes import Column, Loss, Tolerances, compare_cells, compare_pairs
 from adeye.report.model.part import Margin
-from adeye.spec.odd import TOLERANCES
+from adeye.units import TOLERANCES
 from tests.stored import known
 
 NAMES = [f"{number:016x}" for number in range(40)]

@@ -6,7 +6,7 @@ import pytest
 from adeye.campaign.selection import MAX_LENGTH, Keyword
 from adeye.report.where.words import LONGEST, Words, keyword
 from adeye.spec.expression import parse
-from adeye.sweep.axes import quantity_or_text
+from adeye.sweep.values import quantity_or_text
 
 SPEEDS = tuple(quantity_or_text(f"{speed} km/h")[0] for speed in (80, 100, 110, 130))
 DRAWN = tuple(np.random.default_rng(5).uniform(-40.0, 60.0, 50).tolist())

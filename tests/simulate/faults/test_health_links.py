@@ -10,8 +10,8 @@ import pytest
 from adeye.campaign.plan import make_plan, signal_table
 from adeye.errors import InputError
 from adeye.judge.timeline import timeline
+from adeye.signals import MANOEUVRE_MONITORS
 from adeye.simulate import engine
-from adeye.spec.supervisor import MANOEUVRE_MONITORS
 from adeye.sweep.case import TestCase, structure_key
 from adeye.trace import Trace
 from tests.motorway import fault

@@ -12,8 +12,8 @@ import yaml
 
 from adeye.campaign import check
 from adeye.campaign.check import refused_starts
+from adeye.campaign.naming import campaign_of_file
 from adeye.campaign.plan import CampaignPlan
-from adeye.campaign.summary import campaign_of_file
 from adeye.errors import InputError
 from adeye.kernel.road import MANY
 from adeye.maps import lanes as lanes_of

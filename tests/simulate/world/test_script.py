@@ -227,19 +227,6 @@ def test_values_are_those_of_the_scene(scenario: LogicalScenario) -> None:
         assert found[name] == pytest.approx(expected, nan_ok=True), name
 
 
-def test_a_faster_one_behind_closes() -> None:
-    assert subject.road_ttc(-10.0, 20.0, 25.0) == 2.0
-    assert subject.road_ttc(-10.0, 20.0, 20.0) == math.inf
-    assert subject.road_ttc(10.0, 0.0, 0.0) == math.inf
-    assert subject.road_ttc(10.0, 20.0, -5.0) == 0.4
-
-
-def test_a_gap_has_the_sign_of_where_the_other_is() -> None:
-    assert subject.road_gap(10.0, 2.0, 3.0) == 5.0
-    assert subject.road_gap(-10.0, 2.0, 3.0) == -5.0
-    assert subject.road_gap(4.0, 2.0, 3.0) == 0.0
-
-
 def at_start(case: TestCase) -> dict[str, float]:
     """Return the trigger variables of a test case as it begins."""
     return {name: value for name, (value,) in values_at([case]).items()}
@@ -278,10 +265,3 @@ def test_on_a_bend_a_time_to_collision_is_the_gap_over_its_rate(
     # The other turns about the centre of the bend with its speed over its own radius.
     closing = values["ego.speed"] - 20.0 * own / beside
     assert values["lead.ttc"] == pytest.approx(values["lead.gap"] / closing, rel=1e-2)
-
-
-def test_a_box_across_the_road_takes_its_width_along_it() -> None:
-    size = np.array([12.0, 2.5, 3.8])
-    assert subject.road_extent(size, 0.0) == 6.0
-    assert subject.road_extent(size, math.pi / 2) == pytest.approx(1.25)
-    assert subject.road_extent(size, math.pi) == pytest.approx(6.0)

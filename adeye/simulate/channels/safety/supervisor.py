@@ -18,7 +18,17 @@ from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.road import REST_AREA as REST_AREA_KIND
 from adeye.kernel.road import far_edge, ground_of, lane_way, local, right_edge, shoulder_width
 from adeye.kernel.stops import ANYWHERE, ONLY_REST_AREA, ROADSIDE, STOP_LEVELS
-from adeye.signals import DEGRADED, FAULT, OK, REFUGE_KIND, REFUGE_S, Floats, Ints, spec_columns
+from adeye.signals import (
+    DEGRADED,
+    FAULT,
+    MANOEUVRE_MONITORS,
+    OK,
+    REFUGE_KIND,
+    REFUGE_S,
+    Floats,
+    Ints,
+    spec_columns,
+)
 from adeye.simulate.channels.corridor import PATH_GAP, PATH_SPEED, extent_of, offset_from_corridor
 from adeye.simulate.channels.links import linked_channels
 from adeye.simulate.channels.perception import tracks as columns
@@ -40,7 +50,7 @@ from adeye.simulate.channels.safety.in_lane import Batch
 from adeye.simulate.channels.safety.planned_stop import PlannedSafetyChannel, Plans
 from adeye.simulate.channels.trajectory.cost import Others
 from adeye.spec.architecture import HEALTH
-from adeye.spec.supervisor import KINDS, MANOEUVRE_MONITORS, MANOEUVRES, Monitor
+from adeye.spec.supervisor import KINDS, MANOEUVRES, Monitor
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from adeye.kernel.stops import ANYWHERE, ONLY_REST_AREA, ROADSIDE
-from adeye.signals import DEGRADED, OK, REQUESTS_AUTHORITY, Bools, Floats
+from adeye.signals import DEGRADED, MANOEUVRE_MONITORS, OK, REQUESTS_AUTHORITY, Bools, Floats
 from adeye.simulate.channels.factory import make_channel
 from adeye.simulate.channels.links import observe
 from adeye.simulate.channels.safety import SupervisedSafetyChannel, supervisor
 from adeye.spec.channels import SafetyParameters
-from adeye.spec.supervisor import KINDS, MANOEUVRE_MONITORS
+from adeye.spec.supervisor import KINDS
 from adeye.testing import Drive, World, channel_context, check_channel
 from adeye.testing.scenes import object_measurement, straight_road
 from tests.simulate.channels.safety.supervised import (
