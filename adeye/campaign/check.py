@@ -35,9 +35,9 @@ from adeye.simulate.world.check import (
     missing_lanes,
     parameters_used,
 )
+from adeye.simulate.world.clock import ticks
 from adeye.simulate.world.storyboard import trigger_variables
 from adeye.spec.architecture import HEALTH
-from adeye.spec.clock import ticks
 from adeye.spec.concept import Concept, budgets_of
 from adeye.spec.expression import Expression, may_hold, to_program
 from adeye.spec.fault import Fault, Late

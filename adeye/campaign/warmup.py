@@ -16,7 +16,7 @@ from adeye.judge.metrics import METRICS, compute_metrics
 from adeye.judge.stl.table import Reading, judge_table, table_of
 from adeye.kernel.jit import mark_cache_warm
 from adeye.kernel.relation import tick_times
-from adeye.spec.clock import ticks
+from adeye.simulate.world.clock import ticks
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import numpy as np
 
-from adeye import debugger
+from adeye.campaign import debugger
 from adeye.campaign.events import happenings
 from adeye.campaign.parts import plugin_of, use_plugin_metrics
 from adeye.campaign.traces import Keep, keep_traces

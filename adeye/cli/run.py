@@ -251,9 +251,9 @@ def run(
         adeye run odd/first.yaml
         adeye run odd/first.yaml --workers 2 --report report.html --junit junit.xml
     """
+    from adeye.campaign.debugger import post_mortem
     from adeye.campaign.executor_names import asked_executor
     from adeye.campaign.warmup import compile_aside
-    from adeye.debugger import post_mortem
     from adeye.kernel.jit import is_cache_warm
 
     asked = asked_executor(executor, threads, workers, scheduler)
@@ -313,7 +313,7 @@ def _of_files_as_they_are(plan: CampaignPlan, code: int) -> int:
 
 def _require_debuggable(elsewhere: Sequence[object], threads: int | None, *, json: bool) -> None:
     """Refuse a debugger where nobody could answer it."""
-    from adeye.debugger import is_terminal
+    from adeye.campaign.debugger import is_terminal
 
     if any(elsewhere) or threads not in {None, 1}:
         raise UsageError(

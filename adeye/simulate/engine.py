@@ -24,7 +24,7 @@ from adeye.simulate.sensors.rig import Rig, mounts
 from adeye.simulate.switch import make_switch
 from adeye.simulate.switch.arbiter import overriding
 from adeye.simulate.traffic import make_traffic
-from adeye.spec.clock import ticks
+from adeye.simulate.world.clock import ticks
 from adeye.trace import Layout, Trace
 
 if TYPE_CHECKING:

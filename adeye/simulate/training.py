@@ -37,9 +37,9 @@ from adeye.simulate.mirror import as_driven
 from adeye.simulate.sensors.rig import Rig
 from adeye.simulate.traffic import make_traffic
 from adeye.simulate.traffic.env import draw_case, require_seed, rewards
+from adeye.simulate.world.clock import ticks
 from adeye.spec.architecture import Architecture
 from adeye.spec.channels import PolicyChannel, TrackingParameters
-from adeye.spec.clock import ticks
 from adeye.spec.load import load_architecture, load_scenario
 from adeye.spec.scenario import LogicalScenario
 

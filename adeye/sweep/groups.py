@@ -10,8 +10,8 @@ import numpy as np
 
 from adeye.errors import InputError, SourceLocation, SpecError, SweepError
 from adeye.signals import NO_FAULT
+from adeye.simulate.world.clock import period_ticks, ticks
 from adeye.spec.architecture import targets_of
-from adeye.spec.clock import period_ticks, ticks
 from adeye.sweep.axes import Axis, AxisReader, Change, default_values, has_path
 from adeye.sweep.case import Shared
 

@@ -135,7 +135,9 @@ def test_help_loads_nothing_heavy(tmp_path: Path) -> None:
 # --- What a verb that reads loads: nothing that drives a run or compiles --------------------------
 
 COMPILED: Final = "numba llvmlite scipy pandas highway_env gymnasium"
-UNASKED: Final = "adeye.simulate adeye.spec.load adeye.spec.scenario adeye.campaign.plan adeye.reporting"
+UNASKED: Final = (
+    "adeye.simulate adeye.spec.load adeye.spec.scenario adeye.campaign.plan adeye.reporting"
+)
 QUICK: Final = (
     "query failing-fsrs",
     "query --columns v_runs",
@@ -149,7 +151,9 @@ QUICK: Final = (
 
 @pytest.mark.slow
 @pytest.mark.parametrize("verb", QUICK)
-def test_reads_load_no_compiler_and_nothing_that_plans_drives_or_draws(verb: str, mini: Executed, tmp_path: Path) -> None:
+def test_reads_load_no_compiler_and_nothing_that_plans_drives_or_draws(
+    verb: str, mini: Executed, tmp_path: Path
+) -> None:
     script = (
         f"import sys; from adeye.cli import main; code = main({verb.split()!r})\n"
         f"print(code, sorted(set({[*COMPILED.split(), *UNASKED.split()]!r}) & set(sys.modules)))"

@@ -4,7 +4,7 @@ import pytest
 from pydantic import ValidationError
 
 from adeye.errors import ExpressionError, SpecError
-from adeye.spec.clock import period_ticks, ticks
+from adeye.simulate.world.clock import period_ticks, ticks
 from adeye.spec.expression import parse
 from adeye.spec.quantity import SI, Condition, LengthFormula, Many, Record, Speed, require_dimension
 from adeye.units import Dimension

@@ -16,7 +16,7 @@ from adeye.judge import preventability
 from adeye.judge.timeline import violation_s
 from adeye.judge.uncertainty import verdict_with
 from adeye.kernel.relation import tick_time
-from adeye.spec.clock import ticks
+from adeye.simulate.world.clock import ticks
 from adeye.store.records import ForkRecord
 from adeye.store.repository import Repository
 from adeye.store.write.studies import TakeoverLine

@@ -16,8 +16,8 @@ from adeye.simulate.channels.links import View, no_command, observe
 from adeye.simulate.channels.perception.clustering import Clustering
 from adeye.simulate.channels.process.protocol import Witness, WitnessedChannel
 from adeye.simulate.sensors.rig import data_sheets, mounts
+from adeye.simulate.world.clock import period_ticks, ticks
 from adeye.simulate.world.compile import ego_desired_speeds
-from adeye.spec.clock import period_ticks, ticks
 from adeye.spec.sensors import PhysicalLidar, model_name
 
 if TYPE_CHECKING:

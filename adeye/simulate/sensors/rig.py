@@ -22,7 +22,7 @@ from adeye.simulate.sensors.lidar import LidarSensor
 from adeye.simulate.sensors.radar import RadarSensor
 from adeye.simulate.sensors.ranging import RangingSensor
 from adeye.simulate.sensors.ultrasonic import UltrasonicSensor
-from adeye.spec.clock import period_ticks, ticks
+from adeye.simulate.world.clock import period_ticks, ticks
 from adeye.spec.sensors import model_name
 from adeye.supervision import guest
 

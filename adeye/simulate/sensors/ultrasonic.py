@@ -17,7 +17,7 @@ from adeye.kernel.random import normal
 from adeye.kernel.sight import ray_box_distance
 from adeye.signals import Bools, Floats, Measurement, Scene, parameter_record, spec_columns
 from adeye.simulate.sensors.sampling import Found, Sampling, Truth
-from adeye.spec.clock import period_ticks
+from adeye.simulate.world.clock import period_ticks
 from adeye.spec.sensors import Ultrasonic
 
 if TYPE_CHECKING:

@@ -37,7 +37,7 @@ from adeye.kernel.storyboard import (
 from adeye.signals import Bools, Floats, Ints, Scene, SceneContext
 from adeye.simulate.traffic.drivers import Drivers
 from adeye.simulate.traffic.plant import Plants
-from adeye.spec.clock import ticks
+from adeye.simulate.world.clock import ticks
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -157,7 +157,7 @@ def test_clock_beyond_ticks(make_project: MakeProject, monkeypatch: pytest.Monke
     project = make_project(ASKED)
     scenarios = [case.scenario for case in project.plan().examples()]
     longest = max(max(scenario.horizon, scenario.tail) for scenario in scenarios)
-    monkeypatch.setattr("adeye.spec.clock.MAX_TICKS", int(longest / 0.05) + 1)
+    monkeypatch.setattr("adeye.simulate.world.clock.MAX_TICKS", int(longest / 0.05) + 1)
     raised = refused(SpecError, project.plan, says=r"half the step, 0\.025 s")
     assert raised.where is not None
     assert raised.where.line is not None

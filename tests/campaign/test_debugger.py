@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from adeye import debugger
+from adeye.campaign import debugger
 from adeye.errors import Interrupted, UsageError
 from adeye.simulate.channels.scalar import ScalarChannel
 from adeye.supervision import guest
