@@ -41,10 +41,17 @@ _LOOKED: Final[dict[str, float]] = {}
 """When the modules of each such package were last compared with their files [s since 1970]."""
 _NAMED: Final[dict[str, str]] = {}
 """Hash of each file of data as it was when a part that reads it was first loaded, by its place."""
-_HASHED: Final[set[str]] = set()
-"""Files that are in an identity, as they are without links."""
+_HELD: Final[set[str]] = set()
+"""Places of files that were another one while code was executed here: it may have kept that."""
+_BESIDE: Final[dict[str, tuple[str, str]]] = {}
+"""Where each module lies that a part imports by name, and its hash."""
 _FILES: Final = "adeye_files"
 """What a source calls the list of the files that it reads."""
+NAMES: Final = ">"
+"""Between a source and a file that it names, in the label of that."""
+_HERE: Final = "./"
+"""Before the label of what a source may import by name."""
+_ANEW: Final = "Start again in a new process (a notebook: a new kernel)."
 _PART_BYTES: Final = 1 << 20
 """What is read at once: a package may hold the weights of a network."""
 _STARTED: Final = 19
@@ -81,7 +88,7 @@ def files_digest(files: Iterable[File]) -> str:
     """Hash files with their labels."""
     digest = hashlib.sha256()
     for label, path in files:
-        _hashes(path)
+        reads(path)
         with path.open("rb") as stream:
             digest.update(f"{label} {os.fstat(stream.fileno()).st_size}\n".encode())
             while part := stream.read(_PART_BYTES):
@@ -92,18 +99,18 @@ def files_digest(files: Iterable[File]) -> str:
 def code_digest(files: Sequence[File], *, is_file: bool) -> str:
     """Hash the code of a part: of one that is named by its file, and imports none, just that."""
     if is_file and len(files) == 1:
-        _hashes(files[0][1])
+        reads(files[0][1])
         return file_digest(files[0][1])
     return files_digest(files)
 
 
-def _hashes(path: Path) -> None:
-    reads(path)
-    _HASHED.add(os.path.realpath(path))
+def places_of(files: Iterable[File]) -> frozenset[str]:
+    """Give the places of files without links: what a part that they identify may read."""
+    return frozenset(os.path.realpath(path) for _, path in files)
 
 
-def will_hash(package: str) -> None:
-    """Let a package and what it imports be read before they are hashed, as soon as it is loaded.
+def places_of_package(package: str) -> frozenset[str]:
+    """Give the places of the files of a package and of what it imports, before it is imported.
 
     Args:
         package: Name of a package or module at the top level.
@@ -111,10 +118,8 @@ def will_hash(package: str) -> None:
     try:
         spec = importlib.util.find_spec(package)
     except (ImportError, ValueError):  # said where it is imported
-        return
-    if spec is not None:
-        files = with_imports(spec_files(spec))
-        _HASHED.update(os.path.realpath(path) for _, path in files)
+        return frozenset()
+    return frozenset() if spec is None else places_of(with_imports(spec_files(spec)))
 
 
 def spec_files(spec: ModuleSpec) -> list[File]:
@@ -165,7 +170,7 @@ def _read_by(files: Iterable[File]) -> list[File]:
                     where=SourceLocation(str(path), line, 1),
                     remedy="Name files relative to the source that reads them.",
                 )
-            found.append((f"{label}>{name}", at))
+            found.append((f"{label}{NAMES}{name}", at))
     return found
 
 
@@ -202,7 +207,7 @@ def _by_name(files: Sequence[File]) -> list[File]:
     sources = [path for _, path in files if path.suffix == ".py" and not _is_installed(path)]
     named = [path for path in sources if _imported(path) is None]
     return [
-        (f"./{label}", path)
+        (f"{_HERE}{label}", path)
         for label, path in package_files(dict.fromkeys(path.parent for path in named))
         if path.suffix in _IMPORTABLE and path.resolve() not in {item.resolve() for item in named}
     ]
@@ -354,6 +359,8 @@ _BY_NAME: Final = {"__import__", "exec", "eval", "importlib", "imp", "runpy", "z
     f"sys.{name}" for name in ("path", "meta_path", "path_hooks", "modules")
 }
 """What a source uses that may import, or execute, what no statement of it names."""
+_COMPUTED: Final = re.compile(rf"\b({'|'.join(sorted(_BY_NAME - {'sys.path'}))})\b")
+"""The same without what still leaves names to statements."""
 
 
 @lru_cache(maxsize=4096)
@@ -474,19 +481,21 @@ _UNTOLD: Final = (
 
 
 @contextmanager
-def sealed(name: str) -> Iterator[None]:
-    """Let a part read no file that its identity does not hold: its results would be reused.
+def sealed(name: str, known: frozenset[str]) -> Iterator[None]:
+    """Let a part read no file that it is not hashed by: its results would be reused.
 
     Files of the system and of installed packages may be read; threads, processes and connections
     may not be begun. What a native library opens by itself is not seen.
 
     Args:
         name: The part, as the user wrote it.
+        known: Places of the files that it is hashed by; those of other parts are in the identity of
+            other results.
     """
     _listen()
     thread = threading.get_ident()
     former = _sealed.get(thread)
-    _sealed[thread] = seal = _Seal(name)
+    _sealed[thread] = seal = _Seal(name, known)
     try:
         yield
     finally:
@@ -511,9 +520,10 @@ def unsealed() -> Iterator[None]:
 
 @dataclass(slots=True)
 class _Seal:
-    """Who works under it, and what was refused first."""
+    """Who works under it, what that may read, and what was refused first."""
 
     name: str
+    known: frozenset[str]
     broken: PluginError | None = None
 
 
@@ -542,7 +552,7 @@ def _refuse_unknown(event: str, arguments: tuple[Any, ...]) -> None:
     if not _sealed or event not in _EVENTS:
         return
     seal = _sealed.get(threading.get_ident())
-    said = None if seal is None else _unknown(event, arguments)
+    said = None if seal is None else _unknown(event, arguments, seal.known)
     if seal is None or said is None:
         return
     error = PluginError(f"{seal.name} {said}")
@@ -550,7 +560,7 @@ def _refuse_unknown(event: str, arguments: tuple[Any, ...]) -> None:
     raise error
 
 
-def _unknown(event: str, arguments: tuple[Any, ...]) -> str | None:
+def _unknown(event: str, arguments: tuple[Any, ...], known: frozenset[str]) -> str | None:
     """Say what of an event a sealed part may not do; None if it may."""
     if event in _LEAVES:
         return (
@@ -559,7 +569,7 @@ def _unknown(event: str, arguments: tuple[Any, ...]) -> str | None:
         )
     path = arguments[0]
     if event in _LISTS:
-        return _unlisted(path)
+        return _unlisted(path, known)
     if path is None or isinstance(path, int) or path == "":
         return None
     if event == "open" and arguments[2] & os.O_ACCMODE == os.O_WRONLY:
@@ -568,7 +578,7 @@ def _unknown(event: str, arguments: tuple[Any, ...]) -> str | None:
     # With a descriptor of a folder a name is of a place that nobody is told of.
     is_hidden = event == "open" and arguments[1] is None and os.fsdecode(path)[:1] != os.sep
     is_there = is_hidden or os.path.isfile(place)  # noqa: PTH113 - for every file that is opened
-    if not is_there or _is_known(place):
+    if not is_there or _is_known(place, known):
         return None
     return (
         f"reads {place}, which is not in its identity: name it in the source, by a line such as "
@@ -576,24 +586,24 @@ def _unknown(event: str, arguments: tuple[Any, ...]) -> str | None:
     )
 
 
-def _unlisted(path: str | bytes | int | None) -> str | None:
+def _unlisted(path: str | bytes | int | None, known: frozenset[str]) -> str | None:
     """Say that a folder is listed whose files are in no identity; None if it may be."""
     caller = sys._getframe(3).f_code.co_filename
     place = str(path) if isinstance(path, int) else os.path.realpath(os.fsdecode(path or "."))
-    if caller.startswith(_IMPORTS) or _is_known(f"{place}{os.sep}"):
+    if caller.startswith(_IMPORTS) or _is_known(f"{place}{os.sep}", known):
         return None
     return f"lists {place}: which files are there is in no identity. Name those that it reads"
 
 
-def _is_known(place: str) -> bool:
+def _is_known(place: str, known: frozenset[str]) -> bool:
     """Tell whether a file is in an identity, of the system, or of an installed package."""
-    if place in _HASHED or place.startswith((*_OF_SYSTEM, _HOME)) or _KEPT_CODE.fullmatch(place):
+    if place in known or place.startswith((*_OF_SYSTEM, _HOME)) or _KEPT_CODE.fullmatch(place):
         return True
     if place.endswith(".pyc"):  # its source is compared with it where it is loaded
         folder, _, file = place.rpartition("/__pycache__/")
         place = f"{folder}/{file.partition('.')[0]}.py"
     places = (*map(str, _libraries()), *_PLACES)
-    return place in _HASHED or place.startswith(tuple(f"{path}{os.sep}" for path in places))
+    return place in known or place.startswith(tuple(f"{path}{os.sep}" for path in places))
 
 
 def require_executed(
@@ -644,7 +654,7 @@ def require_unwritten(name: str, files: Iterable[File], since: float) -> None:
             )
 
 
-def require_unkept(name: str, files: Sequence[File]) -> None:
+def require_unkept(name: str, files: Sequence[File], *, is_executed: bool = False) -> None:
     """Refuse data that changed since a plug-in first read it here: somebody may have kept it.
 
     The file is executed anew, and the modules that it imports, whosever they are, are not. They may
@@ -653,18 +663,94 @@ def require_unkept(name: str, files: Sequence[File]) -> None:
     Args:
         name: The part, as the user wrote it.
         files: All that it is hashed by.
+        is_executed: Whether the part was, meanwhile: then what it was may be held from now on, also
+            once it is again what it was first.
 
     Raises:
         SpecError: Its data is not what it was.
     """
-    for path in dict.fromkeys(path for _, path in files if path.suffix not in _IMPORTABLE):
-        now = files_digest([("", path)])
-        if _NAMED.setdefault(os.path.realpath(path), now) == now:
-            continue
-        raise SpecError(
-            f"{name}: this process may hold what {path} was before it was written",
-            remedy="Start again in a new process (a notebook: a new kernel).",
-        )
+    for label, path in files:
+        place, is_other = os.path.realpath(path), False
+        # What a source names is read, whatever it ends in; the rest is imported.
+        if NAMES in label or path.suffix not in _IMPORTABLE:
+            now = files_digest([("", path)])
+            is_other = _NAMED.setdefault(place, now) != now
+            if is_other and is_executed:
+                _HELD.add(place)
+        if is_other or place in _HELD:
+            raise SpecError(
+                f"{name}: this process may hold what {path} was before it was written",
+                remedy=_ANEW,
+            )
+
+
+def may_hold(paths: Iterable[Path]) -> None:
+    """Note that files were other ones while code was executed, which may have kept what they said.
+
+    Whoever reads them is refused in this process, also once they are what they were.
+    """
+    _HELD.update(map(os.path.realpath, paths))
+
+
+def require_told_apart(name: str, files: Sequence[File]) -> None:
+    """Refuse modules that are imported by name where another one has the name in this process.
+
+    Python imports a name once: whoever comes second gets the module of the first, though it is
+    hashed by its own.
+
+    Args:
+        name: The part, as the user wrote it.
+        files: All that it is hashed by.
+
+    Raises:
+        SpecError: Another part has another module of the name beside it, or one is in memory.
+    """
+    for module, own in _named_beside(files).items():
+        (label, path), *_ = own
+        place = path.parents[label.count("/") - 2] if label.count("/") > 1 else path
+        found = os.path.realpath(place), files_digest(own)
+        there = _BESIDE.setdefault(module, found)
+        other = Path(there[0]) if there[0] != found[0] and there[1] != found[1] else None
+        loaded = _file_in_memory(module)
+        if loaded is not None and not loaded.resolve().is_relative_to(found[0]):
+            is_same = len(own) == 1 and file_digest(loaded) == file_digest(path)
+            other = other if is_same else loaded
+        if other is not None:
+            raise SpecError(
+                f"{name}: {module} is {place} here, and {other} is or may be imported for it",
+                remedy=f"Give one of the two another name, or {_ANEW[0].lower()}{_ANEW[1:]}",
+            )
+
+
+def _named_beside(files: Sequence[File]) -> dict[str, list[File]]:
+    """Give what a part imports by name, by its module: what its sources write anywhere.
+
+    Of a source that executes text, or imports what it computes, it is all that is there.
+    """
+    beside: dict[str, list[File]] = {}
+    left = []
+    for label, path in files:
+        if label.startswith(_HERE):
+            module = label.removeprefix(_HERE).partition("/")[0].partition(".")[0]
+            beside.setdefault(module, []).append((label, path))
+        elif path.suffix == ".py":
+            left.append(path)
+    found: dict[str, list[File]] = {}
+    while left:
+        text = left.pop().read_text("utf-8", "replace")
+        is_open = _COMPUTED.search(text) is not None
+        for module in beside.keys() - found.keys():
+            if is_open or re.search(rf"\b{re.escape(module)}\b", text):
+                found[module] = beside[module]
+                left += [path for _, path in beside[module] if path.suffix == ".py"]
+    return dict(sorted(found.items()))
+
+
+def _file_in_memory(module: str) -> Path | None:
+    """Return the file of a module of the user's that is in memory."""
+    file = getattr(sys.modules.get(module), "__file__", None)
+    path = None if file is None else Path(file)
+    return path if path is not None and path.is_file() and not _is_installed(path) else None
 
 
 def _packages_of(files: Iterable[File]) -> Iterator[str]:
@@ -700,7 +786,7 @@ def _require_current(name: str, key: str, module: ModuleType, since: float | Non
         told = map(str, files)
         raise SpecError(
             f"{name}: {key} is in memory as it was before {' or '.join(told)} was written",
-            remedy="Start again in a new process (a notebook: a new kernel).",
+            remedy=_ANEW,
         )
     raise _other_byte_code(f"{name}: ", key, path)
 

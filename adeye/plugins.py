@@ -9,7 +9,7 @@ import traceback
 from collections.abc import Callable
 from contextlib import AbstractContextManager, contextmanager
 from copy import deepcopy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
@@ -26,12 +26,14 @@ from adeye.plugin_code import (
     ignore_kept_code,
     own_imports,
     package_files,
+    places_of,
+    places_of_package,
     require_executed,
+    require_told_apart,
     require_unkept,
     require_unwritten,
     sealed,
     wall_time,
-    will_hash,
     with_imports,
 )
 from adeye.supervision import guest, is_asked, said
@@ -44,8 +46,8 @@ if TYPE_CHECKING:
 
 Loc = tuple[str | int, ...]
 Nameable = Callable[[Any], bool]
-Entering = Callable[[str], AbstractContextManager[None]]
-"""How code of a part is let in, by its name."""
+Entering = Callable[[str, frozenset[str]], AbstractContextManager[None]]
+"""How code of a part is let in, by its name and the places of what it is hashed by."""
 
 _FORM: Final = "Write module:Class, or ./file.py:Class relative to the file that names it."
 _LABEL: Final = "adeye_plugin_"
@@ -65,12 +67,15 @@ class Part:
         name: As the user wrote it.
         source_digest: sha256 of its source: of the file, or of all files of its package.
         version: ``__version__`` of its module or package, empty if there is none.
+        places: Of the files that it is hashed by, without links: what it may read where it is
+            sealed.
     """
 
     obj: Any
     name: str
     source_digest: str
     version: str
+    places: frozenset[str] = frozenset()
 
     def build(self, *arguments: Any) -> Any:
         """Make an instance of the class."""
@@ -130,7 +135,7 @@ def load_part(
     source, _, attribute = name.rpartition(":")
     if not source or not attribute.isidentifier():
         raise SpecError(f"{name!r} does not name a class", remedy=_FORM)
-    entering = _sealed_guest if is_sealed else guest
+    entering = _sealed_guest if is_sealed else _guest
     if source.endswith(".py"):
         path = (base_dir / source).resolve()
         return _from_file(name, path, attribute, is_nameable, entering)
@@ -138,9 +143,13 @@ def load_part(
 
 
 @contextmanager
-def _sealed_guest(name: str) -> Iterator[None]:
-    with guest(name), sealed(name):
+def _sealed_guest(name: str, known: frozenset[str]) -> Iterator[None]:
+    with guest(name), sealed(name, known):
         yield
+
+
+def _guest(name: str, _: frozenset[str]) -> AbstractContextManager[None]:
+    return guest(name)
 
 
 def locate_file(name: str, base_dir: Path) -> Path:
@@ -337,9 +346,10 @@ def _from_file(
     digest = code_digest(code := with_imports(files), is_file=True)
     # Before it is executed, too: what it reads then, it may keep.
     require_unkept(name, code)
+    require_told_apart(name, code)
     known = _CACHE.get((str(path), attribute, digest))
     if known is None:
-        module = _execute(name, path, content, digest, entering)
+        module = _execute(name, path, content, digest, entering(name, places_of(code)))
         # By now it may have said where more of its code is found.
         digest = code_digest(code := with_imports(files), is_file=True)
         try:
@@ -349,11 +359,14 @@ def _from_file(
             raise
         known = _remember((str(path), attribute, digest), name, module, is_nameable)
     require_executed(name, own_imports(files), before, code)
-    require_unkept(name, code)
-    return known if known.name == name else Part(known.obj, name, digest, known.version)
+    require_unkept(name, code, is_executed=True)
+    require_told_apart(name, code)
+    return replace(known, name=name, places=places_of(code))
 
 
-def _execute(name: str, path: Path, content: bytes, digest: str, entering: Entering) -> ModuleType:
+def _execute(
+    name: str, path: Path, content: bytes, digest: str, entered: AbstractContextManager[None]
+) -> ModuleType:
     try:
         code = compile(content, str(path), "exec")
     except SyntaxError as error:
@@ -369,7 +382,7 @@ def _execute(name: str, path: Path, content: bytes, digest: str, entering: Enter
     module.__file__ = str(path)
     sys.modules[label] = module
     try:
-        with entering(name):
+        with entered:
             exec(code, module.__dict__)  # noqa: S102 - the user named this file to be executed
     except BaseException as error:
         sys.modules.pop(label, None)
@@ -383,9 +396,9 @@ def _from_module(
     name: str, source: str, attribute: str, is_nameable: Nameable, entering: Entering
 ) -> Part:
     since, before = wall_time(), frozenset(sys.modules)
-    will_hash(source.partition(".")[0])
+    before_it = places_of_package(source.partition(".")[0])
     try:
-        with entering(name):
+        with entering(name, before_it):
             module = import_module(source)
     except SyntaxError as error:
         raise _syntax_error(name, error.filename or source, error) from error
@@ -405,8 +418,10 @@ def _from_module(
     require_executed(name, (source.partition(".")[0], *own_imports(files)), before, code)
     if source not in before:
         require_unwritten(name, code, since)
+    require_told_apart(name, code)
     known = _CACHE.get((source, attribute, digest))
-    return known or _remember((source, attribute, digest), name, module, is_nameable)
+    known = known or _remember((source, attribute, digest), name, module, is_nameable)
+    return replace(known, places=places_of(code))
 
 
 def _module_files(name: str, module: ModuleType) -> list[tuple[str, Path]]:

@@ -478,11 +478,67 @@ def test_file_that_a_source_names_is_part_of_it_wherever_it_is_imported(folder: 
         (folder / "gain.txt").write_text(text)
         plugin_code._NAMED.clear()  # as in a new process
         part = load_part("./reading.py:Mine", folder, is_sealed=True)
-        with sealed(part.name):
+        with sealed(part.name, part.places):
             assert part.build().compute() == text
         assert source_digest("./reading.py:Mine", folder) == part.source_digest
         digests.add(part.source_digest)
     assert len(digests) == 2
+
+
+def test_module_of_one_name_in_two_folders_is_imported_for_one_only(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    monkeypatch.setattr(plugin_code, "_BESIDE", {})
+    for place, gain in (("a", 0), ("b", 6), ("c", 0)):
+        (folder / place).mkdir()
+        (folder / place / "helping_twice.py").write_text(f"GAIN = {gain}\n")
+        (folder / place / "unused.py").write_text(f"# {place}\n")
+        (folder / place / "driving.py").write_text(
+            "import sys\nfrom pathlib import Path\n"
+            "sys.path.insert(0, str(Path(__file__).parent))\n"
+            "class Mine:\n"
+            "    def act(self):\n        from helping_twice import GAIN\n        return GAIN\n"
+        )
+    assert load_part("./a/driving.py:Mine", folder).build().act() == 0
+    for _ in range(2):
+        refused(
+            SpecError,
+            load_part,
+            "./b/driving.py:Mine",
+            folder,
+            says=r"helping_twice is .*/b/helping_twice\.py here, and .*/a/helping_twice\.py is or",
+        )
+    # The same code is the same, wherever it lies; what nobody imports is nobody's.
+    assert load_part("./c/driving.py:Mine", folder).build().act() == 0
+    for place in ("a", "c"):  # who may import whatever is there
+        (folder / place / "opening.py").write_text("import importlib\nclass Mine:\n    pass\n")
+    load_part("./a/opening.py:Mine", folder)
+    refused(SpecError, load_part, "./c/opening.py:Mine", folder, says="driving|unused")
+    del sys.modules["helping_twice"]
+
+
+def test_named_file_is_data_whatever_it_ends_in(folder: Path) -> None:
+    source = READING.format(named='adeye_files = ["gain.py"]').replace("gain.txt", "gain.py")
+    (folder / "reading_code.py").write_text(source)
+    (folder / "gain.py").write_text("1")
+    assert load_part("./reading_code.py:Mine", folder).build().compute() == "1"
+    (folder / "gain.py").write_text("2")
+    refused(
+        SpecError,
+        load_part,
+        "./reading_code.py:Mine",
+        folder,
+        says=r"this process may hold what .*gain\.py was before",
+    )
+
+
+def test_what_was_executed_with_another_state_is_held_for_good(folder: Path) -> None:
+    (folder / "reading_twice.py").write_text(READING.format(named='adeye_files = ["gain.txt"]'))
+    (folder / "gain.txt").write_text("1")
+    load_part("./reading_twice.py:Mine", folder)
+    plugin_code.may_hold([folder / "gain.txt"])
+    refused(SpecError, load_part, "./reading_twice.py:Mine", folder, says="this process may hold")
 
 
 def test_sealed_part_cannot_read_what_it_does_not_name(folder: Path) -> None:
@@ -492,15 +548,15 @@ def test_sealed_part_cannot_read_what_it_does_not_name(folder: Path) -> None:
     says = (
         r"reading\.py:Mine reads .*gain\.txt, which is not in its identity: name it in the source"
     )
-    with pytest.raises(PluginError, match=says), sealed(part.name):
+    with pytest.raises(PluginError, match=says), sealed(part.name, part.places):
         part.build().compute()
     # Only there, and others may meanwhile.
     assert part.build().compute() == "1"
-    with sealed(part.name), sealed("./other.py:Other"):
+    with sealed(part.name, part.places), sealed("./other.py:Other", frozenset()):
         pass
     with ThreadPoolExecutor() as pool:
         before = pool.submit(int).result()
-        with sealed(part.name):
+        with sealed(part.name, part.places):
             assert pool.submit(part.build().compute).result() == "1" * (before + 1)
     (folder / "early.py").write_text(
         "from pathlib import Path\n"
@@ -529,6 +585,7 @@ def test_sealed_part_cannot_read_what_it_does_not_name(folder: Path) -> None:
         "os.open('gain.txt', os.O_RDONLY, dir_fd=os.open(folder, os.O_RDONLY))",
         "open(os.open(path, os.O_RDWR))",
         "ast.literal_eval(open(other).read())",
+        "open(named)",
         "np.fromfile(path)",
         "np.memmap(path)",
         "zipfile.ZipFile(path)",
@@ -540,11 +597,13 @@ def test_seal_holds_for_every_way_to_read(folder: Path, how: str) -> None:
     names = {
         "path": str(folder / "gain.txt"),
         "other": str(folder / "other.py"),
+        # In the identity of another part, which is that of other results.
+        "named": read_file("channels.nominal", "./gain.txt", folder).path,
         "folder": str(folder),
         "np": np,
         **{name: importlib.import_module(name) for name in _MODULES},
     }
-    with pytest.raises(PluginError, match="identity"), sealed("./mine.py:Mine"):
+    with pytest.raises(PluginError, match="identity"), sealed("./mine.py:Mine", frozenset()):
         eval(how, names)  # noqa: S307 - of this file
 
 
@@ -555,7 +614,10 @@ def test_folder_that_a_part_calls_one_of_packages_is_none(
     place.parent.mkdir()
     place.write_text("1")
     monkeypatch.syspath_prepend(place.parent)
-    with pytest.raises(PluginError, match=r"limits\.txt, which is not"), sealed("./mine.py:Mine"):
+    with (
+        pytest.raises(PluginError, match=r"limits\.txt, which is not"),
+        sealed("./mine.py:Mine", frozenset()),
+    ):
         place.read_text()
 
 
@@ -567,9 +629,12 @@ def test_refusal_that_is_swallowed_is_told_at_the_end(folder: Path) -> None:
             return (folder / "gain.txt").read_text()
         return "default"
 
-    with pytest.raises(PluginError, match=r"gain\.txt, which is not"), sealed("./mine.py:Mine"):
+    with (
+        pytest.raises(PluginError, match=r"gain\.txt, which is not"),
+        sealed("./mine.py:Mine", frozenset()),
+    ):
         assert read() == "default"
-    with sealed("./mine.py:Mine"):
+    with sealed("./mine.py:Mine", frozenset()):
         assert (folder / "none.txt").exists() is False
 
 
@@ -580,7 +645,7 @@ _MODULES = (
 
 
 def test_sealed_part_may_import_and_list_what_is_installed(folder: Path) -> None:
-    with sealed("./mine.py:Mine"):
+    with sealed("./mine.py:Mine", frozenset()):
         assert PathFinder.find_spec("not_there", [str(folder)]) is None
         assert "json" in os.listdir(Path(json.__file__).parents[1])  # noqa: PTH208 - as a guest may
 

@@ -27,8 +27,10 @@ from adeye.errors import IntegrityError, SpecError, UsageError, placed
 from adeye.identity import file_digest
 from adeye.judge.metrics import METRICS, register_metric
 from adeye.plugin_code import (
+    NAMES,
     code_digest,
     files_digest,
+    may_hold,
     require_unkept,
     sealed,
     spec_files,
@@ -110,7 +112,7 @@ def load_parts(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> 
     found = replace(load_code(loaded, metrics), files=tuple(_files(loaded)))
     check_words(loaded)
     for channel in loaded.spec.channels:  # what was written while code was executed
-        _require_unkept(loaded, channel)
+        _require_unkept(loaded, channel, is_executed=True)
     return found
 
 
@@ -180,12 +182,15 @@ def load_code(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> P
     return Parts(tuple(named), tuple(monitors), metrics)
 
 
-def _require_unkept(loaded: Loaded[Architecture], channel: str) -> None:
+def _require_unkept(
+    loaded: Loaded[Architecture], channel: str, *, is_executed: bool = False
+) -> None:
     """Refuse files that changed since code which reads them was executed in this process."""
     spec, folder = loaded.spec.channels[channel], loaded.path.parent
     if isinstance(spec, PluginChannel | PolicyChannel):
-        named = [(name, folder / name) for name in spec.files if (folder / name).is_file()]
-        require_unkept(f"channel {channel}", named)
+        paths = [folder / name for name in spec.files if (folder / name).is_file()]
+        files = [(f"{NAMES}{path.name}", path) for path in paths]
+        require_unkept(f"channel {channel}", files, is_executed=is_executed)
 
 
 def _check_fmus(loaded: Loaded[Architecture]) -> None:
@@ -525,7 +530,7 @@ def _register(parts: Sequence[Part]) -> None:
             continue
         plugins.require(part, "metric", ("compute",))
         before = set(METRICS)
-        with guest(part.name, "metric"), sealed(part.name):
+        with guest(part.name, "metric"), sealed(part.name, part.places):
             register_metric(part.obj)
         for column in set(METRICS) - before:
             found = METRICS[column]
@@ -536,17 +541,17 @@ def _register(parts: Sequence[Part]) -> None:
                     remedy="Give it a name of its own with its unit, such as top_speed_mps.",
                 )
             uid = f"{found.uid}#{part.source_digest[:12]}"
-            measure = _visiting(part.name, found.measure)
+            measure = _visiting(part, found.measure)
             METRICS[column] = replace(found, uid=uid, measure=measure, plugin=part.name)
             _REGISTERED[column] = owner
 
 
-def _visiting(name: str, measure: Measure) -> Measure:
+def _visiting(part: Part, measure: Measure) -> Measure:
     """Say who works while a metric is computed."""
 
     @wraps(measure)
     def visit(series: TraceSeries) -> MetricColumn:
-        with guest(name), sealed(name):
+        with guest(part.name), sealed(part.name, part.places):
             answer: MetricColumn = _taken(measure(series))
             return answer
 
@@ -624,17 +629,18 @@ class Source:
 class Unchanged:
     """Compares plug-ins and the files that they read with what the plan found.
 
-    Code is hashed again only if the system says that it was written, so that asking after each
-    block costs next to nothing. A file that runs read may not be written at all meanwhile: it may
-    have been another one while a run read it, and be put back since.
+    They are hashed again only if the system says that one was written, so that asking after each
+    block costs next to nothing. None may be written at all meanwhile: it may have been another one
+    while a run read or imported it, and be put back since.
     """
 
     def __init__(self, plan: CampaignPlan | Iterable[Source]) -> None:
         """Take down what a plan found, or was told to have found; nothing is compared yet."""
         found = plan if isinstance(plan, Iterable) else sources(plan)
         self._seen: dict[Source, _Signature | None] = dict.fromkeys(found)
-        read = [source for source in self._seen if source.path is not None]
-        self._begun: dict[Source, _Signature] = {source: _signature(source) for source in read}
+        self._begun: dict[Source, _Signature] = {
+            source: _signature(source) for source in self._seen
+        }
 
     def check(self) -> None:
         """Compare.
@@ -648,7 +654,8 @@ class Unchanged:
             if now == before:
                 continue
             begun = self._begun.get(source)
-            if not source.is_as_planned() or begun not in {None, now}:
+            if not source.is_as_planned() or begun != now:
+                may_hold(source.paths())
                 raise IntegrityError(
                     f"{source.name}, which {source.user} names, was changed after the campaign was "
                     f"planned{_written(before or begun, now)}. Results since the last block that "

@@ -379,13 +379,16 @@ def odd_asked_about(provenance: Mapping[str, Any], near: Path | None = None) -> 
     """Find the file of the ODD that somebody means who names a campaign only, see ``odd_of``.
 
     Raises:
-        SpecError: Where they stand is another one of that name, as in a copy of the project.
+        SpecError: Where they stand, or above, is another one of that name, as in a copy of the
+            project.
     """
-    found = odd_of(provenance, near)
-    here = Path(str(provenance.get("odd_path", "")))
-    if _is(Path.is_file, here) and _is(Path.is_file, found) and not here.samefile(found):
+    found, now = odd_of(provenance, near), Path.cwd()
+    named = Path(str(provenance.get("odd_path", "")))
+    above = (folder / named for folder in (now, *now.parents))
+    here = next((path for path in above if _is(Path.is_file, path)), None)
+    if here is not None and _is(Path.is_file, found) and not here.samefile(found):
         raise SpecError(
-            f"the campaign was planned from {found}, and here is another {here}",
+            f"the campaign was planned from {found}, and here is another, {os.path.relpath(here)}",
             remedy="Name the file of the ODD that you mean.",
         )
     return found

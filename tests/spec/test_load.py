@@ -340,7 +340,14 @@ def test_odd_of_a_campaign_is_not_that_of_a_copy_beside(
     for folder in (tmp_path / "one", tmp_path):
         monkeypatch.chdir(folder)
         assert odd_asked_about(told).samefile(planned)
+    for folder, here in ((tmp_path / "two", "odd/d.yaml"), (tmp_path / "two" / "odd", "d.yaml")):
+        monkeypatch.chdir(folder)
+        refused(SpecError, odd_asked_about, told, says=f"here is another, {here}")
+    # What is nearest is meant, not what stands above the project.
+    monkeypatch.chdir(tmp_path / "one")
+    (tmp_path / "odd").mkdir()
+    (tmp_path / "odd" / "d.yaml").write_text("odd: d\n")
+    assert odd_asked_about(told).samefile(planned)
     monkeypatch.chdir(tmp_path / "two")
-    refused(SpecError, odd_asked_about, told, says="here is another odd/d.yaml")
     planned.unlink()
     assert odd_asked_about(told).samefile("odd/d.yaml")

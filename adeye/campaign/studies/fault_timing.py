@@ -5,7 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
-from adeye.campaign.replay import Counter, Recalled, Report, recall, recalled_parts, together
+from adeye.campaign.replay import (
+    Counter,
+    Recalled,
+    Report,
+    recall,
+    recalled_parts,
+    require_same_code,
+    together,
+)
 from adeye.campaign.studies.forks import require_as_recorded
 from adeye.errors import InputError
 from adeye.judge.timeline import Injection, classify_injection, tabulate, timeline, violation_s
@@ -53,7 +61,7 @@ def run_timeline(db: str | Path | None, run: str, report: Report | None = None) 
 
     Raises:
         InputError: It has no fault entry.
-        IntegrityError: It does not come out as it was recorded.
+        IntegrityError: What executed it is not here, or it does not come out as it was recorded.
     """
     with Repository.open(db, create=False) as repository:
         recalled = recall(repository, repository.find_run(run))
@@ -87,7 +95,8 @@ def campaign_injections(
 
     Raises:
         InputError: There is no such campaign.
-        IntegrityError: Results are not as they were written, or a run does not come out so.
+        IntegrityError: Results are not as they were written, what executed a run is not here, or
+            it does not come out so.
     """
     with Repository.open(db, create=False) as repository:
         info = repository.find_campaign(campaign)
@@ -118,7 +127,8 @@ def _designs(odd: Mapping[str, Any]) -> dict[str, str]:
 
 
 def _injections(part: Sequence[Recalled]) -> Iterator[Injection]:
-    """Execute runs of one structure together with their twins."""
+    """Execute runs of one structure together with their twins, by the code that executed them."""
+    require_same_code(part)
     first, count = part[0], len(part)
     cases = [item.case for item in part]
     faulted = first.work.drive([*cases, *map(_without_mechanism, cases)])

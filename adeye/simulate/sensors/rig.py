@@ -164,12 +164,12 @@ class _Guest:
     """
 
     def __init__(self, part: Part, context: SensorContext) -> None:
-        self._name = part.name
-        with guest(self._name, "sensor"), sealed(self._name):
+        self._name, self._places = part.name, part.places
+        with guest(self._name, "sensor"), sealed(self._name, self._places):
             self._sense = part.build(deepcopy(context)).sense
 
     def sense(self, scene: Scene) -> Measurement:
-        with guest(self._name, "sensor", self._sense), sealed(self._name):
+        with guest(self._name, "sensor", self._sense), sealed(self._name, self._places):
             answer = self._sense(scene.copy())
             named = ((item.name, getattr(answer, item.name)) for item in fields(Measurement))
             told = Measurement(**{name: _as_told(name, v) for name, v in named if v is not None})
