@@ -444,6 +444,7 @@ def export_osi(
 
     Raises:
         InputError: The extra is not installed, or there is no such campaign or run.
+        IntegrityError: Results are not as they were written, or a run does not come out so.
         UsageError: The folder holds something else.
         PlatformError: A file cannot be written.
     """
@@ -455,6 +456,13 @@ def export_osi(
         else:
             found = repository.find_campaign(campaign)
             refs = repository.hindsight.executed(found.id)
+        if not refs:
+            raise InputError(
+                "no run of the campaign has a result",
+                remedy="Execute some: adeye run ODD.",
+            )
+        for name in {ref.campaign for ref in refs}:
+            repository.require_sound(name)
         with replacing_folder(folder) as place:
             for done in rerun_together(repository, refs, report):
                 write(done, place)

@@ -334,6 +334,22 @@ def same_ticks(stored: StoredRun, chain: Sequence[str]) -> int | None:
     return LINK_TICKS * sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], same))
 
 
+def require_as_recorded(recalled: Recalled, trace: Trace, run: int) -> None:
+    """Refuse an execution that is not the recorded run.
+
+    Raises:
+        IntegrityError: It differs; the message says from where on.
+    """
+    if trace.digests()[run] == recalled.stored.trace_digest:
+        return
+    same = same_ticks(recalled.stored, trace.chains()[run])
+    where = "" if same is None else f": the first {same} ticks are as recorded, not the whole run"
+    raise IntegrityError(
+        f"run {recalled.run.result_digest[:12]} does not come out as it was recorded{where}. "
+        "What stands beside it would be of another run; `adeye replay` says why it may differ."
+    )
+
+
 def _known_variant(row: Mapping[str, Any]) -> str | None:
     """Give the arithmetic that a run was made with; None if this version has another in its place.
 
@@ -503,7 +519,8 @@ def rerun_together(
 
     Raises:
         InputError: A run was planned, but not executed yet.
-        IntegrityError: A test case does not come out of the database as it went in.
+        IntegrityError: A test case does not come out of the database as it went in, or a run as it
+            was recorded.
     """
     counter = Counter("replay", len(runs), report)
     for part in recalled_parts(repository, runs):
@@ -513,6 +530,7 @@ def rerun_together(
                 batch = group[first : first + most]
                 trace = batch[0].work.drive([item.case for item in batch], drawn=True)
                 for run, item in enumerate(batch):
+                    require_as_recorded(item, trace, run)
                     yield _execution(item, trace.select([run]))
                     counter.add(1)
 

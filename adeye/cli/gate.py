@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shlex
 from functools import partial
 from pathlib import Path
@@ -65,11 +64,7 @@ def gate(
     from adeye.report.gate.changes import Tolerances
     from adeye.report.gate.decide import GateOptions
 
-    if baseline is None and os.environ.get("ADEYE_GATE_BASELINE") == "":
-        raise UsageError(
-            "ADEYE_GATE_BASELINE is empty",
-            remedy="Name the baseline's file in it, or unset it to judge the campaign alone.",
-        )
+    opt.require_baseline_named(baseline, "ADEYE_GATE_BASELINE")
     if (update or accept_incomplete or tolerance) and baseline is None:
         raise UsageError(
             "--update, --accept-incomplete and --tolerance are about a baseline",

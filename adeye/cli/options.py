@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import inspect
 import math
+import os
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
@@ -127,6 +128,15 @@ def guarding(verb: Callable[..., None], options: Mapping[str, Any]) -> Iterator[
                 if isinstance(item, str | Path):
                     reads(item, flag_of(name) if isinstance(item, Path) else "")
         yield
+
+
+def require_baseline_named(baseline: Path | None, variable: str) -> None:
+    """Refuse a variable that is there and names no file: who set it asked for a comparison."""
+    if baseline is None and os.environ.get(variable) == "":
+        raise UsageError(
+            f"{variable} is empty",
+            remedy="Name the baseline's file in it, or unset it to do without one.",
+        )
 
 
 def flag_of(name: str) -> str:

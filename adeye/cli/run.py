@@ -411,6 +411,7 @@ def report(
         adeye report --json > report.json
         adeye report --gsn argument.svg --reqif requirements.reqif --sarif verdicts.sarif
     """
+    opt.require_baseline_named(baseline, "ADEYE_REPORT_BASELINE")
     files: Files = {"html": output, "junit": junit, "json": report_json}
     files |= {"sarif": sarif, "gsn": gsn, "reqif": reqif}
     if not any(files.values()) and not json:

@@ -110,8 +110,10 @@ def test_wrong_options_are_refused(adeye: Any, of_mini: Any, baseline: Path) -> 
 def test_baseline_that_a_variable_leaves_empty_is_refused(
     adeye: Any, of_mini: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setenv("ADEYE_GATE_BASELINE", "")
-    assert "ADEYE_GATE_BASELINE is empty" in adeye("gate", *of_mini).refused
+    for verb in ("gate", "report"):
+        name = f"ADEYE_{verb.upper()}_BASELINE"
+        monkeypatch.setenv(name, "")
+        assert f"{name} is empty" in adeye(verb, *of_mini).refused
 
 
 def test_baseline_is_small_and_its_lines_are_short(baseline: Path) -> None:

@@ -10,7 +10,7 @@ import pytest
 
 from adeye.campaign.replay import Execution, rerun
 from adeye.campaign.work import WorkContext
-from adeye.errors import InputError, UsageError
+from adeye.errors import InputError, IntegrityError, UsageError
 from adeye.judge.verdict import Verdict
 from adeye.reporting import export_osi, handing_out, verdicts_of
 from adeye.sweep.case import TestCase
@@ -19,6 +19,7 @@ from tests.exchange.foxglove_rules import findings
 from tests.exchange.test_mcap import read
 from tests.exchange.test_osi import read as read_osi
 from tests.project import Executed
+from tests.refusals import refused
 
 
 @pytest.fixture(scope="module")
@@ -166,3 +167,13 @@ def test_running_a_campaign_loads_no_library_of_viewers() -> None:
         "print(sorted({'foxglove', 'mcap', 'osi3', 'google'} & set(sys.modules)))"
     )
     assert subprocess.check_output([sys.executable, "-c", script], text=True).strip() == "[]"
+
+
+def test_run_that_comes_out_otherwise_is_not_exported(
+    mini: Executed, done: Execution, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run = done.run.result_digest
+    monkeypatch.setattr(Trace, "digests", lambda self: ["0" * 64] * self.runs)
+    says = "does not come out as it was recorded"
+    refused(IntegrityError, export_osi, mini.db, None, tmp_path / "out", [run], says=says)
+    assert not (tmp_path / "out").exists()

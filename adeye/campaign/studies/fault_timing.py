@@ -11,10 +11,10 @@ from adeye.campaign.replay import (
     Report,
     recall,
     recalled_parts,
+    require_as_recorded,
     require_same_code,
     together,
 )
-from adeye.campaign.studies.forks import require_as_recorded
 from adeye.errors import InputError
 from adeye.judge.timeline import Injection, classify_injection, tabulate, timeline, violation_s
 from adeye.signals import NO_FAULT

@@ -173,7 +173,7 @@ def _fork_together(
     forks = [replace(recalled.case, override=override) for recalled, override in wanted]
     trace = first.work.drive([*cases, *forks])
     for run, (recalled, override) in enumerate(wanted):
-        require_as_recorded(recalled, trace, run)
+        replay.require_as_recorded(recalled, trace, run)
         _require_same_prefix(recalled, trace, (run, count + run), override.from_tick)
     evaluation = first.evaluate(trace, [*cases, *forks])
     engines = [engine for recalled, _ in wanted for engine in recalled.work.engines.values()]
@@ -198,22 +198,6 @@ def _fork_together(
             links=None if links is None else min(len(links), override.from_tick // LINK_TICKS),
             is_same=origin.trace_digest == fork.trace_digest,
         )
-
-
-def require_as_recorded(recalled: Recalled, trace: Trace, run: int) -> None:
-    """Refuse an execution that is not the recorded run.
-
-    Raises:
-        IntegrityError: It differs; the message says from where on.
-    """
-    if trace.digests()[run] == recalled.stored.trace_digest:
-        return
-    same = replay.same_ticks(recalled.stored, trace.chains()[run])
-    where = "" if same is None else f": the first {same} ticks are as recorded, not the whole run"
-    raise IntegrityError(
-        f"run {recalled.run.result_digest[:12]} does not come out as it was recorded{where}. "
-        "A fork of it would prove nothing; `adeye replay` says why it may differ."
-    )
 
 
 def _require_same_prefix(recalled: Recalled, trace: Trace, runs: tuple[int, int], end: int) -> None:

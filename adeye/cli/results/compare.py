@@ -105,7 +105,7 @@ def _print_overview(comparison: Comparison) -> None:
             out.NONE if item.worst_margin is None else number(item.worst_margin, signed=True),
             out.NONE if item.availability is None else f"{100.0 * item.availability:.1f} %",
             place_text(item),
-            out.listed(unmet.text for unmet in item.unmet),
+            out.listed([*(unmet.text for unmet in item.unmet), *item.refused]),
         ]
         for item in comparison.by_cost
     ]
@@ -114,7 +114,7 @@ def _print_overview(comparison: Comparison) -> None:
         out.emit_line(
             f"Cheapest that meets every mandatory FSR: {out.listed(comparison.cheapest)}."
         )
-    elif any(not item.unmet for item in comparison.candidates):
+    elif any(item.is_good for item in comparison.candidates):
         out.emit(
             "Which one meets every mandatory FSR at least cost is not known: a cost is missing, or "
             "one that costs no more was not executed to the end."
@@ -324,10 +324,12 @@ def matrix(
         content = {"campaign": report.campaign, "by": column, "rows": rows, "gaps": gaps}
         out.emit_json("matrix", content)
     else:
-        _print(column, grouped(rows, column))
+        code = int(report.exit_code)
+        answer = f"The gate answers {code}: {report.message}" if code else ""
+        _print(column, grouped(rows, column), answer)
 
 
-def _print(by: By, groups: Sequence[TraceGroup]) -> None:
+def _print(by: By, groups: Sequence[TraceGroup], answer: str) -> None:
     columns: list[By] = [
         name for name in ("hazard", "goal", "fsr", "element", "scenario") if name != by
     ]
@@ -344,6 +346,8 @@ def _print(by: By, groups: Sequence[TraceGroup]) -> None:
     out.emit_table(headers, rows, sections=range(len(rows)))
     count = len({gap for group in groups for gap in group.gaps})
     out.emit("No gaps." if not count else f"{amount(count, 'gap')}; every row: --csv or --json.")
+    if answer:
+        out.emit_prose(out.clean(answer))
 
 
 def _title(by: By) -> str:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from adeye.errors import amount
 from adeye.judge import pairing as pareto
 from adeye.judge.pairing import FAILED, HELD, UNDECIDED, number_rows, pair_up, severities
 from adeye.judge.statistics import median_low
@@ -17,6 +18,7 @@ from adeye.signals import NO_FAULT, Ints
 from adeye.spec.architecture import Architecture
 from adeye.spec.quantity import SI
 from adeye.store.read.bulk import Compared
+from adeye.store.read.totals import channel_failures
 from adeye.store.records import CampaignInfo
 from adeye.store.repository import Repository
 
@@ -117,6 +119,7 @@ class Candidates:
         self._gate = [
             item for item in repository.gate(campaign.id) if item.architecture in set(names)
         ]
+        self._failures = channel_failures(repository, campaign)
         self._shared = matching.common(names)
         self._rows = matching.common(names, executed=True)
         mandatory = {item.fsr for item in self._gate}
@@ -222,6 +225,11 @@ class Candidates:
                 )
                 for item in self._gate
                 if item.architecture == name and item.verdict is not Verdict.PASS
+            ),
+            refused=tuple(
+                f"{item.outcome} of channel {item.channel} in {amount(item.blocking, 'run')}"
+                for item in self._failures
+                if item.architecture == name and item.blocking
             ),
             cases=len(rows),
             left_out=len(self._shared[name]) - len(rows),
@@ -356,12 +364,12 @@ class Candidates:
 
 
 def _cheapest(candidates: Sequence[records.Candidate]) -> tuple[str, ...]:
-    """Name the cheapest for which every mandatory FSR passes; nobody while it is not known.
+    """Name the cheapest that a gate lets pass; nobody while it is not known.
 
     It is not where one of them has no price, or where one that costs no more than they do may still
     meet everything: nothing of it fails, but not all was executed.
     """
-    good = [item for item in candidates if item.mandatory > 0 and not item.unmet]
+    good = [item for item in candidates if item.is_good]
     if not good or any(item.cost is None for item in good):
         return ()
     least = min(item.cost.total for item in good if item.cost is not None)

@@ -184,6 +184,8 @@ class Candidate(Part):
     mandatory: Count
     unmet: tuple[Unmet, ...]
     """Mandatory FSRs that do not PASS over all planned runs of it."""
+    refused: tuple[str, ...] = ()
+    """Failures of its channels that block a gate which has it."""
     cases: Count
     """Test cases that all compared architectures share and that were executed for all of them."""
     left_out: Count = 0
@@ -206,6 +208,11 @@ class Candidate(Part):
     """By objective."""
     is_on_front: bool
     dominated_by: str | None = None
+
+    @property
+    def is_good(self) -> bool:
+        """Whether a gate that has it lets it pass."""
+        return self.mandatory > 0 and not self.unmet and not self.refused
 
     @property
     def is_open(self) -> bool:
@@ -303,8 +310,9 @@ class Comparison(Part):
         if not named <= known or not set(self.cheapest) <= known:
             yield f"{sorted(named | set(self.cheapest))} are not all among {sorted(known)}"
         for item in self.candidates:
-            if item.id in self.cheapest and item.unmet:
-                yield f"{item.id} is named as meeting everything, and does not: {item.unmet}"
+            if item.id in self.cheapest and not item.is_good:
+                why = [*item.unmet, *item.refused]
+                yield f"{item.id} is named as meeting everything, and does not: {why}"
             if item.failing + item.undecided > item.cases or item.fault_free > item.cases:
                 yield f"{item.id} has more failing, undecided or fault-free cases than {item.cases}"
             if item.is_on_front and item.dominated_by is not None:

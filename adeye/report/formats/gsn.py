@@ -23,7 +23,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Final, Literal
 
 from adeye.errors import amount
-from adeye.judge.verdict import Verdict
+from adeye.judge.verdict import ExitCode, Verdict
 from adeye.report.formats.sarif import judged_in
 from adeye.report.model.concept import SafetyGoal
 from adeye.report.model.report import Cell, Fsr, Report
@@ -121,6 +121,8 @@ def state_of(cell: Cell | None) -> State:
     """Return what a folded verdict does to the claim that the FSR holds."""
     if cell is None or cell.verdict is None:
         return "undeveloped"
+    if cell.waived:
+        return "undeveloped"
     return {Verdict.PASS: "supported", Verdict.FAIL: "defeated"}.get(  # type: ignore[return-value]
         cell.verdict, "undeveloped"
     )
@@ -138,8 +140,9 @@ class _Builder:
     def build(self) -> Argument:
         report = self._report
         states = [self._goal_state(goal) for goal in report.goals]
-        # Nothing is wholly argued for on files that do not fit together.
-        states += ["undeveloped"] if report.findings else []
+        # Nothing is wholly argued for on files that do not fit together, or where a gate refuses.
+        is_refused = report.exit_code is not ExitCode.OK
+        states += ["undeveloped"] if report.findings or is_refused else []
         gate = ", ".join(self._gate) or "no architecture"
         title = report.concept_title or report.title
         text = f"The functional safety requirements hold for {gate} in the ODD {report.odd}."
@@ -165,6 +168,9 @@ class _Builder:
         text = f"campaign {report.campaign[:12]}, ODD {report.odd_digest[:12]}, "
         text += f"concept {report.concept_digest[:12]}"
         yield GsnNode("C-versions", "context", versions, text)
+        if report.exit_code is not ExitCode.OK:
+            title = f"The gate answers {report.exit_code.value}"
+            yield GsnNode("C-gate", "context", title, printable(report.message))
         if report.findings:
             text = f"{amount(len(report.findings), 'finding')} by adeye check."
             yield GsnNode("C-findings", "context", "Integrity of concept and evidence", text)
@@ -182,7 +188,12 @@ class _Builder:
 
     def _fsr_state(self, fsr: Fsr) -> State:
         cells = [self._report.cell(fsr.id, name) for name in self._gate]
-        return fold_states([state_of(cell) for cell in cells])
+        return fold_states([self._state_of(cell) for cell in cells])
+
+    def _state_of(self, cell: Cell | None) -> State:
+        """Return the state of a claim; what was altered since supports none, and defeats none."""
+        is_altered = self._report.exit_code is ExitCode.INTEGRITY
+        return "undeveloped" if is_altered else state_of(cell)
 
     def _goal(self, goal: SafetyGoal) -> None:
         title = f"{goal.id} ({_asil(goal.asil)})"
@@ -230,7 +241,7 @@ class _Builder:
 
     def _evidence(self, fsr: Fsr, architecture: str, scenario: str, strategy: str) -> None:
         cell = self._report.cell(fsr.id, architecture, scenario)
-        state = state_of(cell)
+        state = self._state_of(cell)
         place = f"{fsr.id}-{architecture}-{scenario}"
         title = f"{architecture} in {scenario}"
         if cell is None:

@@ -181,6 +181,9 @@ def _judged(report: Report, row: TraceRow, at: tuple[Fsr, str, str, Architecture
     gaps = [] if element else ["no element"]
     if cell.verdict is not Verdict.PASS:
         gaps.append(verdict.lower().replace("_", " "))
+    elif waived := [word.lower().replace("_", " ") for word in cell.waived]:
+        gaps.append(f"{' and '.join(waived)}, waived")
+    gaps += _over_all(report, fsr, architecture)
     return _with(
         row,
         verdict=verdict,
@@ -191,6 +194,17 @@ def _judged(report: Report, row: TraceRow, at: tuple[Fsr, str, str, Architecture
         worst_run=cell.worst_run or "",
         gap=", ".join(gaps),
     )
+
+
+def _over_all(report: Report, fsr: Fsr, architecture: Architecture) -> list[str]:
+    """Say what an FSR is over all scenarios where each by itself is enough."""
+    whole = report.cell(fsr.id, architecture.id)
+    cells = [report.cell(fsr.id, architecture.id, item.id) for item in judged_in(report, fsr)]
+    if whole is None or whole.verdict in {None, Verdict.PASS}:
+        return []
+    if any(item is None or item.verdict is not Verdict.PASS for item in cells):
+        return []
+    return [f"{str(whole.verdict).lower()} over all scenarios ({whole.exercised_text})"]
 
 
 def _orphans(report: Report) -> Iterator[TraceRow]:

@@ -14,7 +14,7 @@ from functools import partial
 from typing import Final
 
 from adeye.identity import digest
-from adeye.judge.verdict import Verdict
+from adeye.judge.verdict import ExitCode, Verdict
 from adeye.report.model.concept import SafetyGoal
 from adeye.report.model.report import Fsr, Report
 from adeye.report.templates import xml_file, xml_of
@@ -76,7 +76,11 @@ def verdict_attribute(architecture: str) -> str:
 
 def _verdict(report: Report, architecture: str, fsr: Fsr) -> str:
     cell = report.cell(fsr.id, architecture)
+    if report.exit_code is ExitCode.INTEGRITY:
+        return "not known: the results are not as they were written"
     if cell is None:
         return verdict_word(Verdict.NOT_RUN)
     margin = f", worst margin {margin_text(cell)}" if margin_text(cell) else ""
-    return f"{verdict_word(cell.verdict)}, exercised in {cell.exercised_text} runs{margin}"
+    told = f"{verdict_word(cell.verdict)}, exercised in {cell.exercised_text} runs{margin}"
+    waived = [f"{cell.counts[word]:,} {verdict_word(word)}" for word in cell.waived]
+    return f"{told}; waived: {', '.join(waived)}" if waived else told

@@ -18,7 +18,7 @@ from typing import Any, Final, Literal
 
 from adeye.errors import SourceLocation
 from adeye.identity import digest
-from adeye.judge.verdict import Verdict
+from adeye.judge.verdict import ExitCode, Verdict
 from adeye.report.concept import uri_of
 from adeye.report.model.part import Place
 from adeye.report.model.report import Architecture, Cell, Fsr, Report, Scenario
@@ -190,7 +190,27 @@ def verdict_sarif(report: Report) -> dict[str, Any]:
     """Make the log: all FSRs, and each that does not pass, by architecture and scenario."""
     rules, failures = [_fsr_rule(item) for item in report.fsrs], report.channel_failures
     rules += [_failure_rule(name) for name in sorted({item.outcome for item in failures})]
-    return sarif_log(rules, (*_results(report), *(_failure(report, item) for item in failures)))
+    results = [*_results(report), *(_failure(report, item) for item in failures)]
+    if report.exit_code is not ExitCode.OK and all(item.level != "error" for item in results):
+        # Whoever sees no result takes it for green.
+        rules.append(SarifRule(id=_GATE, text="The gate lets the campaign pass.", help=_ASK))
+        results.append(_refusal(report))
+    return sarif_log(rules, results)
+
+
+def _refusal(report: Report) -> SarifResult:
+    return SarifResult(
+        rule=_GATE,
+        text=f"The gate answers {int(report.exit_code)}: {report.message}.",
+        name=report.odd,
+        where=report.where,
+        key=(report.odd, _GATE),
+        properties=(("exit_code", int(report.exit_code)),),
+    )
+
+
+_GATE: Final = "gate"
+_ASK: Final = "Ask adeye gate, which says what to do."
 
 
 def judged_in(report: Report, fsr: Fsr) -> Iterable[Scenario]:

@@ -13,7 +13,15 @@ from pydantic import Field
 
 from adeye.analysis.dependence import Dependencies
 from adeye.analysis.suite.records import Suite
-from adeye.judge.verdict import ExitCode, Outcome, Verdict, exercised_of, fold_fsrs, urgency
+from adeye.judge.verdict import (
+    WAIVABLE,
+    ExitCode,
+    Outcome,
+    Verdict,
+    exercised_of,
+    fold_fsrs,
+    urgency,
+)
 from adeye.report.claims import Claims
 from adeye.report.comparison.records import Comparison
 from adeye.report.credibility import SelfTestResult
@@ -123,6 +131,12 @@ class Cell(Part):
     def in_gate(self) -> Verdict | None:
         """What the gate takes for the verdict."""
         return Verdict.PASS if self.is_set_aside else self.verdict
+
+    @property
+    def waived(self) -> tuple[Verdict, ...]:
+        """Verdicts that a waiver lets the gate pass, which are no evidence."""
+        found = sorted(verdict for verdict in WAIVABLE if self.counts.get(verdict))
+        return tuple(found) if self.verdict is Verdict.PASS else ()
 
     @property
     def exercised_text(self) -> str:

@@ -78,6 +78,7 @@ class ChannelFailure:
             ``channel_killed``.
         runs: In how many runs.
         refused: In how many of them it blocks the gate.
+        blocking: In how many it does, or would if the architecture were in it.
         detail: What happened most often: exception, file and line.
         others: How many other things happened.
         why: What is said to the gate about it; empty where the architecture is in none.
@@ -91,6 +92,7 @@ class ChannelFailure:
     detail: str
     others: int
     why: str
+    blocking: int = 0
 
     def __str__(self) -> str:
         """Say it in one sentence without an end."""
@@ -129,7 +131,8 @@ def channel_failures(repository: Repository, campaign: CampaignInfo) -> tuple[Ch
     found = []
     for key, counts in sorted(details.items()):
         is_in_gate = key[0] in campaign.gate
-        refused = unmastered[key] if is_in_gate and not allows else 0
+        blocking = 0 if allows else unmastered[key]
+        refused = blocking if is_in_gate else 0
         by = ", ".join(fsr for fsr, channel in about if channel == key[1])
         if refused:
             why = f"refused: in {_runs(refused)} no mandatory FSR about it passes ({_REMEDY})"
@@ -144,6 +147,7 @@ def channel_failures(repository: Repository, campaign: CampaignInfo) -> tuple[Ch
                 detail=detail,
                 others=len(counts) - 1,
                 why=why if is_in_gate else "",
+                blocking=blocking,
             )
         )
     return tuple(found)

@@ -5,12 +5,14 @@ from pathlib import Path
 
 import pytest
 
+from adeye.campaign.studies.fault_timing import campaign_injections, run_timeline
 from adeye.campaign.studies.forks import fork_run
 from adeye.campaign.studies.preventability import prevent
 from adeye.errors import IntegrityError
 from tests.project import Project, odd_of
 from tests.refusals import refused
 
+OWN = "def drive(seen):\n    return 0.0, 0.0\n"
 FMU = "odd/architectures/fmus/single_track.fmu"
 
 
@@ -37,3 +39,37 @@ def test_drives_and_forks_are_of_the_fmu_that_moves_the_vehicle(tmp_path: Path) 
     assert len(set(drives)) == 2
     fmu.write_bytes(kept)
     assert fork_run(project.db, run, start="1 s", authority="safety").origin.run == run
+
+
+@pytest.mark.slow
+def test_twins_of_a_fault_are_of_the_program_that_drove(tmp_path: Path) -> None:
+    fault = {
+        "id": "blind",
+        "target": "sensors.front_camera",
+        "model": "drop_out",
+        "onset": {"at": "1 s"},
+    }
+    asked = {"use": "lead_braking", "faults": ["blind"], "parameters": {}}
+    project = Project(tmp_path / "project", odd_of(asked, faults=[fault], architectures=("own",)))
+    code = project.folder / "odd" / "architectures" / "own.py"
+    code.write_text(OWN)
+    content = {
+        "extends": "camera_radar.yaml",
+        "architecture": "own",
+        "channels": {
+            "nominal": {
+                "kind": "policy",
+                "parameters": {"policy": "./own.py:drive", "normalised": False},
+            }
+        },
+    }
+    project.write("odd/architectures/own.yaml", content)
+    project.run()
+    (first,) = (row for row in project.rows() if row["fault_entry"] == "blind")
+    kept = code.read_text()
+    code.write_text(f"{kept}# another one, whatever it does\n")
+    said = r"is no longer what it was\. Run the campaign again"
+    refused(IntegrityError, run_timeline, project.db, str(first["run"]), says=said)
+    refused(IntegrityError, campaign_injections, project.db, says=said)
+    code.write_text(kept)
+    assert run_timeline(project.db, str(first["run"])).fault_entry == "blind"

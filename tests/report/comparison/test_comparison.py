@@ -89,6 +89,11 @@ def test_cheapest_is_not_known_while_one_that_costs_no_more_is_open() -> None:
     ):
         other = priced("other", total, unmet=(unmet,), unexecuted=unexecuted, mandatory=1)
         assert _cheapest((good, other)) == expected
+    # A gate lets none pass whose channel fails.
+    broken = priced("broken", 1.0, mandatory=1, refused=("channel_error of channel nominal",))
+    assert _cheapest((good, broken)) == ("good",)
+    with pytest.raises(ValidationError, match="meeting everything"):
+        comparison(candidates=(broken,), pairs=(), differences=(), cheapest=("broken",))
 
 
 def test_words_for_a_suite_and_for_what_it_does_not_meet() -> None:

@@ -6,7 +6,7 @@ from itertools import combinations
 
 import pytest
 
-from adeye.judge.verdict import Verdict
+from adeye.judge.verdict import ExitCode, Verdict
 from adeye.report.formats import gsn
 from adeye.report.model.report import Report
 from tests.report.fake import build_report
@@ -186,3 +186,27 @@ def test_no_text_ends_its_label_and_an_ampersand_is_not_read_as_a_code() -> None
     assert "<script>" not in text
     assert all(line.count('"') in {0, 2} for line in text.splitlines())
     assert gsn.quoted("a & b") == "a #amp; b"
+
+
+def test_gate_that_refuses_leaves_the_top_undeveloped_and_altered_results_everything(
+    sound: Report,
+) -> None:
+    refused = {"exit_code": ExitCode.INCOMPLETE, "message": "channel_error of channel nominal"}
+    argument = gsn.argument_of(sound.model_copy(update=refused))
+    assert node(argument, "G-top").state == "undeveloped"
+    assert node(argument, "G-FSR-01").state == "supported"
+    assert node(argument, "C-gate").text == refused["message"]
+    altered = {"exit_code": ExitCode.INTEGRITY, "message": "a row was altered"}
+    argument = gsn.argument_of(sound.model_copy(update=altered))
+    assert {item.state for item in argument.nodes} <= {"", "undeveloped"}
+
+
+def test_waiver_is_no_evidence(sound: Report) -> None:
+    cells = tuple(
+        cell.model_copy(update={"counts": {Verdict.PASS: 1, Verdict.NOT_RUN: 2}})
+        if (cell.fsr, cell.architecture, cell.scenario) == ("FSR-01", "camera_radar", None)
+        else cell
+        for cell in sound.cells
+    )
+    argument = gsn.argument_of(sound.model_copy(update={"cells": cells}))
+    assert node(argument, "G-FSR-01").state == "undeveloped"

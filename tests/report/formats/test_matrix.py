@@ -3,6 +3,7 @@
 import csv
 from typing import Any
 
+from adeye.judge.verdict import Verdict
 from adeye.report.formats.matrix import BY, COLUMNS, grouped, matrix_of, render_csv
 from adeye.report.formats.sarif import judged_in
 from adeye.report.model.report import Report
@@ -92,3 +93,21 @@ def test_csv_is_no_formula_for_a_spreadsheet(report: Report) -> None:
     assert "=1+1" in {row.measure for row in rows}
     read = csv.DictReader(render_csv(rows, "hazard").splitlines())
     assert {item["measure"][:1] for item in read}.isdisjoint("=+-@")
+
+
+def test_row_says_what_an_fsr_lacks_over_all_scenarios_and_what_is_waived(report: Report) -> None:
+    def rows(**whole: Any) -> set[str]:
+        cells = tuple(
+            cell.model_copy(update={"verdict": Verdict.PASS, **({} if cell.scenario else whole)})
+            for cell in report.cells
+        )
+        found = matrix_of(report.model_copy(update={"cells": cells}))
+        return {row.gap for row in found if row.verdict == "PASS"}
+
+    assert "" in rows()
+    found = rows(verdict=Verdict.VACUOUS, min_exercised=99)
+    assert all("vacuous over all scenarios" in gap and "of 99 needed" in gap for gap in found)
+    waived = report.cells[0].model_copy(
+        update={"verdict": Verdict.PASS, "counts": {Verdict.PASS: 1, Verdict.NOT_RUN: 1}}
+    )
+    assert waived.waived == (Verdict.NOT_RUN,)

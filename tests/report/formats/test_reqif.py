@@ -4,6 +4,7 @@ from typing import Any
 
 from lxml import etree
 
+from adeye.judge.verdict import ExitCode, Verdict
 from adeye.report.formats.reqif import NAMESPACE, render_reqif, verdict_attribute
 from adeye.report.model.report import Report
 
@@ -94,3 +95,20 @@ def test_text_that_xml_cannot_hold_is_left_out(report: Report) -> None:
     strange = first.model_copy(update={"text": "a\x00<b>&\"'"})
     found = objects(read(report.model_copy(update={"fsrs": (strange, *others)})))
     assert "a<b>&\"'" in {item["ReqIF.Text"] for item in found.values()}
+
+
+def test_verdict_names_what_is_waived_and_is_unknown_where_results_were_altered(
+    report: Report,
+) -> None:
+    cells = tuple(
+        cell.model_copy(update={"counts": {Verdict.PASS: 1, Verdict.NOT_RUN: 2}})
+        if (cell.fsr, cell.architecture, cell.scenario) == ("FSR-01", "camera_radar", None)
+        else cell
+        for cell in report.cells
+    )
+    said = str(objects(read(report.model_copy(update={"cells": cells}))))
+    assert "; waived: 2 NOT RUN" in said
+    altered = report.model_copy(update={"exit_code": ExitCode.INTEGRITY, "message": "row 3"})
+    said = etree.tostring(read(altered)).decode()
+    assert "The gate answers 4: row 3" in said
+    assert "PASS" not in said

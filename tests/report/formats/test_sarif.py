@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from adeye.errors import SourceLocation
-from adeye.judge.verdict import Verdict
+from adeye.judge.verdict import ExitCode, Verdict
 from adeye.report.formats import sarif
 from adeye.report.model.part import Place
 from adeye.report.model.report import Report
@@ -256,3 +256,16 @@ def test_channel_that_failed_is_a_result(report: Report, refused: int, level: st
     assert (item["ruleId"], item["level"]) == ("channel_error", level)
     for word in ("nominal in 2 runs of camera_radar", "KeyError: 1 (own.py:7)"):
         assert word in item["message"]["text"]
+
+
+def test_gate_that_refuses_is_a_result_where_nothing_else_says_so(report: Report) -> None:
+    passing = tuple(
+        cell.model_copy(update={"verdict": Verdict.PASS, "is_set_aside": False})
+        for cell in report.cells
+    )
+    bare: dict[str, Any] = {"cells": passing, "channel_failures": ()}
+    assert results(report.model_copy(update=bare)) == []
+    refused = {"exit_code": ExitCode.INCOMPLETE, "message": "a twin was withdrawn"}
+    (item,) = results(report.model_copy(update={**bare, **refused}))
+    assert (item["ruleId"], item["level"]) == ("gate", "error")
+    assert item["message"]["text"] == "The gate answers 3: a twin was withdrawn."
