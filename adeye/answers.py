@@ -112,8 +112,8 @@ def diff_campaigns(db: str | Path | None, old: str | None, new: str | None) -> D
     with Repository.open(db, create=False) as repository:
         after = find_called(repository, new)
         before = repository.campaign_before(after) if old is None else find_called(repository, old)
-        for campaign in (before, after):
-            repository.require_sound(campaign.id)
+        for name in dict.fromkeys((before.id, after.id)):
+            repository.require_sound(name)
         return find_difference(repository, before, after)
 
 
