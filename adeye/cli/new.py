@@ -203,8 +203,8 @@ def init(
         folder: Folder of the project.
         example: Write this shipped ODD instead, with the architectures and the concept that it
             names, to start from or to change.
-        ci: Write the workflow that executes and judges every ODD of the project, which is written
-            as well if there is none.
+        ci: Write the workflow that executes and judges each ODD that the project has by now; one
+            is written if there is none.
         list_examples: List the shipped ODDs.
 
     Examples:

@@ -135,6 +135,8 @@ class ClaimOptions:
             UsageError: One of them is not.
         """
         shares = {"level": self.level} | ({} if self.target is None else {"target": self.target})
+        if not 0.5 <= self.level < 1.0:
+            raise UsageError(f"level is {self.level:g}", remedy="Give one from 0.5 to below 1.")
         for name, value in shares.items():
             if not 0.0 < value < 1.0:
                 raise UsageError(

@@ -252,7 +252,13 @@ def test_target_tells_how_many_points_it_takes() -> None:
 
 def test_options_out_of_range_are_refused() -> None:
     nan = float("nan")
-    for option, value in (("level", 1.0), ("level", 0.0), ("level", nan), ("target", 2.0)):
+    for option, value in (
+        ("level", 1.0),
+        ("level", 0.0),
+        ("level", 0.4),
+        ("level", nan),
+        ("target", 2.0),
+    ):
         refused(UsageError, single, ["PASS"], **{option: value}, says=f"is {value:g}")
     refused(UsageError, single, ["PASS"], method="wald", says="'wald'")
 

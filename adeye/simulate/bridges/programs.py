@@ -592,8 +592,19 @@ def _software(program: str, path: str) -> tuple[str, ...]:
     found = [*map(Path, (*_SYSTEM, *own)), _PACKAGE]
     for place in places:
         for folder in (place.parent, place.parent.resolve(), place.resolve().parent):
-            found += [folder, folder.parent] if folder.name in _PROGRAMS else [folder]
+            found += [folder, *_around(folder)] if folder.name in _PROGRAMS else [folder]
     return tuple(dict.fromkeys(str(at) for at in found if at.is_absolute() and at.is_dir()))
+
+
+_OF_USER: Final = ("lib", "pipx", "share/pipx", "share/uv")
+"""Software below the user's own folder of programs, beside which applications keep data."""
+
+
+def _around(folder: Path) -> list[Path]:
+    """List where the software of a folder of programs is."""
+    above = folder.parent
+    is_users = above.name == ".local" and above.parent.resolve() in {at.parent for at in _homes()}
+    return [above / name for name in _OF_USER] if is_users else [above]
 
 
 def _end_all(

@@ -112,6 +112,21 @@ def test_software_around_a_folder_of_the_path_is_read(
     assert answer(reading(tmp_path / "plain")) == DENIED.encode()
 
 
+def test_beside_the_users_own_programs_is_no_software_but_theirs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    local = tmp_path / "home" / ".local"
+    for name in ("lib/tool/data", "share/uv/data", "share/models/data"):
+        (local / name).parent.mkdir(parents=True)
+        (local / name).write_text("there\n")
+    (local / "bin").mkdir()
+    monkeypatch.setattr(programs, "_homes", lambda: (tmp_path / "home" / "x",))
+    monkeypatch.setenv("PATH", f"{local}/bin:{os.environ['PATH']}")
+    assert answer(reading(local / "lib/tool/data")) == b"there"
+    assert answer(reading(local / "share/uv/data")) == b"there"
+    assert answer(reading(local / "share/models/data")) == DENIED.encode()
+
+
 def test_folder_of_the_path_that_holds_a_counted_file_is_no_software(
     file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
