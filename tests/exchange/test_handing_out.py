@@ -13,6 +13,7 @@ from adeye.campaign.work import WorkContext
 from adeye.errors import InputError, IntegrityError, UsageError
 from adeye.judge.verdict import Verdict
 from adeye.reporting import export_osi, handing_out, verdicts_of
+from adeye.store.write.studies import Hindsight
 from adeye.sweep.case import TestCase
 from adeye.trace import Trace
 from tests.exchange.foxglove_rules import findings
@@ -176,4 +177,13 @@ def test_run_that_comes_out_otherwise_is_not_exported(
     monkeypatch.setattr(Trace, "digests", lambda self: ["0" * 64] * self.runs)
     says = "does not come out as it was recorded"
     refused(IntegrityError, export_osi, mini.db, None, tmp_path / "out", [run], says=says)
+    assert not (tmp_path / "out").exists()
+
+
+def test_campaign_without_a_result_replaces_no_traces(
+    mini: Executed, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Hindsight, "executed", lambda *_: [])
+    says = "no run of the campaign has a result"
+    refused(InputError, export_osi, mini.db, None, tmp_path / "out", says=says)
     assert not (tmp_path / "out").exists()
