@@ -14,13 +14,9 @@ import os
 import re
 import struct
 import sys
-import sysconfig
-import threading
 import time
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
-from dataclasses import dataclass
-from functools import cache, lru_cache, wraps
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from functools import cache, lru_cache
 from glob import escape
 from importlib.machinery import ModuleSpec, SourceFileLoader, all_suffixes
 from importlib.metadata import distribution, packages_distributions, requires
@@ -28,9 +24,10 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, Final
 
-from adeye.errors import PluginError, SourceLocation, SpecError
+from adeye.errors import SourceLocation, SpecError
 from adeye.identity import file_digest
 from adeye.outputs import reads
+from adeye.supervision import FILES, is_installed
 
 File = tuple[str, Path]
 """A file with the label that it is hashed with, which does not hang on where it lies."""
@@ -45,8 +42,8 @@ _HELD: Final[set[str]] = set()
 """Places of files that were another one while code was executed here: it may have kept that."""
 _BESIDE: Final[dict[str, tuple[str, str]]] = {}
 """Where each module lies that a part imports by name, and its hash."""
-_FILES: Final = "adeye_files"
-"""What a source calls the list of the files that it reads."""
+_HANDED: Final[dict[str, tuple[dict[str, str], dict[str, frozenset[str]]]]] = {}
+"""By module: who reads which data, and what the sealed parts that share it are hashed by."""
 NAMES: Final = ">"
 """Between a source and a file that it names, in the label of that."""
 _HERE: Final = "./"
@@ -56,8 +53,6 @@ _PART_BYTES: Final = 1 << 20
 """What is read at once: a package may hold the weights of a network."""
 _STARTED: Final = 19
 """Place of the start behind the name in ``/proc/self/stat`` [ticks since boot] (proc(5))."""
-_INSTALLED: Final = {"site-packages", "dist-packages"}
-"""Folders of installed packages, of which the version counts."""
 
 
 def package_files(folders: Iterable[Path]) -> list[File]:
@@ -166,7 +161,7 @@ def _read_by(files: Iterable[File]) -> list[File]:
             at, folder = (path.parent / name).resolve(), path.parent.resolve()
             if Path(name).is_absolute() or not at.is_relative_to(folder) or not at.is_file():
                 raise SpecError(
-                    f"{_FILES}: there is no file {name!r} beside it or below",
+                    f"{FILES}: there is no file {name!r} beside it or below",
                     where=SourceLocation(str(path), line, 1),
                     remedy="Name files relative to the source that reads them.",
                 )
@@ -183,7 +178,7 @@ def _told_files(path: Path, *_state: int) -> tuple[tuple[str, ...], int]:
         return (), 1
     for node in tree.body:
         is_named = isinstance(node, ast.Assign | ast.AnnAssign) and any(
-            isinstance(target, ast.Name) and target.id == _FILES
+            isinstance(target, ast.Name) and target.id == FILES
             for target in (node.targets if isinstance(node, ast.Assign) else [node.target])
         )
         if not is_named:
@@ -194,9 +189,9 @@ def _told_files(path: Path, *_state: int) -> tuple[tuple[str, ...], int]:
         texts = [name for name in names if isinstance(name, str) and name]
         if len(texts) < len(items) or not isinstance(told, ast.Tuple | ast.List):
             raise SpecError(
-                f"{_FILES} is no plain list of names",
+                f"{FILES} is no plain list of names",
                 where=SourceLocation(str(path), node.lineno, 1),
-                remedy=f'Write {_FILES} = ["limits.csv"]; it is read, not executed.',
+                remedy=f'Write {FILES} = ["limits.csv"]; it is read, not executed.',
             )
         return tuple(dict.fromkeys(texts)), node.lineno
     return (), 1
@@ -204,7 +199,7 @@ def _told_files(path: Path, *_state: int) -> tuple[tuple[str, ...], int]:
 
 def _by_name(files: Sequence[File]) -> list[File]:
     """List what may be imported of the folders of sources that import by name, these left out."""
-    sources = [path for _, path in files if path.suffix == ".py" and not _is_installed(path)]
+    sources = [path for _, path in files if path.suffix == ".py" and not is_installed(path)]
     named = [path for path in sources if _imported(path) is None]
     return [
         (f"{_HERE}{label}", path)
@@ -308,7 +303,7 @@ def _imports(files: Iterable[File]) -> tuple[dict[str, list[File]], set[str]]:
         _, path = left.pop()
         if path.suffix != ".py":
             continue
-        for name in sorted((_imported(path) or frozenset()) - found.keys()):
+        for name in sorted(_stated(path)[0] - found.keys()):
             own = _own(name)
             is_new = own is not None and inside.isdisjoint(file.resolve() for _, file in own)
             found[name] = own if is_new or own is None else []
@@ -348,10 +343,17 @@ def _plain(name: str) -> str:
 
 
 def _imported(path: Path) -> frozenset[str] | None:
+    """Return the top levels of what a source imports; None if statements do not tell all."""
+    names, is_all = _stated(path)
+    return names if is_all else None
+
+
+def _stated(path: Path) -> tuple[frozenset[str], bool]:
+    """Return what statements of a source import, see ``_names_in``."""
     try:
         state = path.stat()
     except OSError:  # whoever hashes it says so
-        return frozenset()
+        return frozenset(), True
     return _names_in(path, state.st_mtime_ns, state.st_ctime_ns, state.st_size)
 
 
@@ -361,18 +363,20 @@ _BY_NAME: Final = {"__import__", "exec", "eval", "importlib", "imp", "runpy", "z
 """What a source uses that may import, or execute, what no statement of it names."""
 _COMPUTED: Final = re.compile(rf"\b({'|'.join(sorted(_BY_NAME - {'sys.path'}))})\b")
 """The same without what still leaves names to statements."""
+_BESIDE_ITSELF: Final = re.compile(r"__file__|\bopen\b|\bread|\bload|resources|\bPath\b")
+"""What a module that reads files has in its text: equal ones in two places may read others."""
 
 
 @lru_cache(maxsize=4096)
-def _names_in(path: Path, *_state: int) -> frozenset[str] | None:
-    """Return the top levels of the modules that a source imports anywhere.
+def _names_in(path: Path, *_state: int) -> tuple[frozenset[str], bool]:
+    """Return the top levels of the modules that a source imports anywhere, by its statements.
 
-    None if it cannot be read, or may import what no statement names.
+    Also whether that is all: it can be read, and imports nothing that no statement names.
     """
     try:
         tree = ast.parse(path.read_bytes())
     except (SyntaxError, ValueError):  # of a plug-in refused where it is executed
-        return None
+        return frozenset(), False
     names: set[str] = set()
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
@@ -381,12 +385,11 @@ def _names_in(path: Path, *_state: int) -> frozenset[str] | None:
             names.add(node.module.partition(".")[0])
             names |= {f"sys.{item.name}" for item in node.names if node.module == "sys"}
         elif isinstance(node, ast.Name) and node.id in _BY_NAME:
-            return None
+            names.add(f".{node.id}")
         elif isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
             names.add(f"{node.value.id}.{node.attr}")
-    if names & _BY_NAME:
-        return None
-    return frozenset(name for name in names if "." not in name and name != "adeye")
+    is_all = not any(name.removeprefix(".") in _BY_NAME for name in names)
+    return frozenset(name for name in names if "." not in name and name != "adeye"), is_all
 
 
 def _own(name: str) -> list[File] | None:
@@ -400,7 +403,7 @@ def _own(name: str) -> list[File] | None:
     folders = [Path(folder) for folder in spec.submodule_search_locations or ()]
     is_file = spec.has_location and spec.origin is not None
     places = folders or ([Path(str(spec.origin))] if is_file else [])
-    if not places or any(map(_is_installed, places)):
+    if not places or any(map(is_installed, places)):
         return None
     archives = [_archive(place) for place in places if not place.exists()]
     if archives or not folders:
@@ -418,17 +421,6 @@ def _archive(path: Path) -> Path:
     return next((file for file in path.parents if file.is_file()), path)
 
 
-def _is_installed(path: Path) -> bool:
-    place, known = path.resolve(), (*map(str, _libraries()), *_PLACES)
-    return any(place.is_relative_to(folder) for folder in known)
-
-
-@cache
-def _libraries() -> tuple[Path, ...]:
-    known = sysconfig.get_paths()
-    return tuple(Path(known[name]).resolve() for name in ("stdlib", "platstdlib"))
-
-
 @cache
 def ignore_kept_code() -> None:
     """Let numba read no machine code from disk but adeye's and that of installed packages.
@@ -442,168 +434,9 @@ def ignore_kept_code() -> None:
 
     def load_known(cache: Any, *asked: Any) -> Any:
         path = Path(cache._py_func.__code__.co_filename)
-        return load(cache, *asked) if path.is_relative_to(home) or _is_installed(path) else None
+        return load(cache, *asked) if path.is_relative_to(home) or is_installed(path) else None
 
     Cache.load_overload = load_known
-
-
-_HOME: Final = f"{os.path.realpath(Path(__file__).parent)}{os.sep}"
-_sealed: Final[dict[int, _Seal]] = {}
-"""Who works in each thread that may read only what an identity holds."""
-_OF_SYSTEM: Final = ("/proc/", "/sys/", "/usr/share/", "/usr/lib/", "/etc/ssl/", "/etc/localtime")
-_KEPT_CODE: Final = re.compile(r".*/__pycache__/[^/]+\.nb[ic]")
-"""What numba keeps compiled."""
-_OPENS: Final = {"open", "ctypes.dlopen"}
-"""Events of files that are opened; the first that is told of them is the name."""
-_LISTS: Final = {"os.listdir", "os.scandir"}
-"""Events of folders that are listed."""
-_PLACES: Final = tuple(os.path.realpath(path) for path in sys.path if Path(path).name in _INSTALLED)
-"""Where packages are installed, before anybody else may say so."""
-_IMPORTS: Final = ("<frozen importlib", f"{sysconfig.get_path('stdlib')}{os.sep}importlib{os.sep}")
-"""Who looks for modules, whose sources are compared where they are loaded."""
-_THREAD: Final = "_thread.start_new_thread"
-_PROCESS: Final = "subprocess.Popen"
-# Of what is attached to a database nothing is told.
-_LEAVES: Final = {
-    *(_THREAD, "_thread.start_joinable_thread"),
-    *(_PROCESS, "os.system", "os.posix_spawn", "os.exec", "os.fork", "os.forkpty"),
-    *("socket.connect", "sqlite3.connect"),
-}
-"""Events after which nobody sees what is read."""
-_EVENTS: Final = _OPENS | _LISTS | _LEAVES
-_UNTOLD: Final = (
-    (_THREAD, "_thread", "start_new_thread"),
-    (_THREAD, "_thread", "start_new"),
-    (_THREAD, "threading", "_start_new_thread"),
-    (_PROCESS, "_posixsubprocess", "fork_exec"),
-)
-"""What begins threads (on Python 3.11) and processes without an event: module and name."""
-
-
-@contextmanager
-def sealed(name: str, known: frozenset[str]) -> Iterator[None]:
-    """Let a part read no file that it is not hashed by: its results would be reused.
-
-    Files of the system and of installed packages may be read; threads, processes and connections
-    may not be begun. What a native library opens by itself is not seen.
-
-    Args:
-        name: The part, as the user wrote it.
-        known: Places of the files that it is hashed by; those of other parts are in the identity of
-            other results.
-    """
-    _listen()
-    thread = threading.get_ident()
-    former = _sealed.get(thread)
-    _sealed[thread] = seal = _Seal(name, known)
-    try:
-        yield
-    finally:
-        del _sealed[thread]
-        if former is not None:
-            _sealed[thread] = former
-    if seal.broken is not None:  # who goes on without a file goes on without what it says
-        raise seal.broken
-
-
-@contextmanager
-def unsealed() -> Iterator[None]:
-    """Let somebody who looks into a sealed part read what it may not."""
-    thread = threading.get_ident()
-    seal = _sealed.pop(thread, None)
-    try:
-        yield
-    finally:
-        if seal is not None:
-            _sealed[thread] = seal
-
-
-@dataclass(slots=True)
-class _Seal:
-    """Who works under it, what that may read, and what was refused first."""
-
-    name: str
-    known: frozenset[str]
-    broken: PluginError | None = None
-
-
-@cache
-def _listen() -> None:
-    """Have Python ask before it opens a file; that cannot be taken back (PEP 578)."""
-    sys.addaudithook(_refuse_unknown)
-    for event, module, name in _UNTOLD:
-        with suppress(ImportError, AttributeError):  # of another system, or of another Python
-            place = importlib.import_module(module)
-            setattr(place, name, _telling(event, getattr(place, name)))
-
-
-def _telling(event: str, begin: Callable[..., Any]) -> Callable[..., Any]:
-    """Have an event told before something begins."""
-
-    @wraps(begin)
-    def tell(*asked: Any) -> Any:
-        _refuse_unknown(event, ())
-        return begin(*asked)
-
-    return tell
-
-
-def _refuse_unknown(event: str, arguments: tuple[Any, ...]) -> None:
-    if not _sealed or event not in _EVENTS:
-        return
-    seal = _sealed.get(threading.get_ident())
-    said = None if seal is None else _unknown(event, arguments, seal.known)
-    if seal is None or said is None:
-        return
-    error = PluginError(f"{seal.name} {said}")
-    seal.broken = seal.broken or error
-    raise error
-
-
-def _unknown(event: str, arguments: tuple[Any, ...], known: frozenset[str]) -> str | None:
-    """Say what of an event a sealed part may not do; None if it may."""
-    if event in _LEAVES:
-        return (
-            f"does {event}: what is read then is in no identity. It may compute in its own thread "
-            "and process only"
-        )
-    path = arguments[0]
-    if event in _LISTS:
-        return _unlisted(path, known)
-    if path is None or isinstance(path, int) or path == "":
-        return None
-    if event == "open" and arguments[2] & os.O_ACCMODE == os.O_WRONLY:
-        return None
-    place = os.path.realpath(os.fsdecode(path))
-    # With a descriptor of a folder a name is of a place that nobody is told of.
-    is_hidden = event == "open" and arguments[1] is None and os.fsdecode(path)[:1] != os.sep
-    is_there = is_hidden or os.path.isfile(place)  # noqa: PTH113 - for every file that is opened
-    if not is_there or _is_known(place, known):
-        return None
-    return (
-        f"reads {place}, which is not in its identity: name it in the source, by a line such as "
-        f"{_FILES} = [{Path(place).name!r}]"
-    )
-
-
-def _unlisted(path: str | bytes | int | None, known: frozenset[str]) -> str | None:
-    """Say that a folder is listed whose files are in no identity; None if it may be."""
-    caller = sys._getframe(3).f_code.co_filename
-    place = str(path) if isinstance(path, int) else os.path.realpath(os.fsdecode(path or "."))
-    if caller.startswith(_IMPORTS) or _is_known(f"{place}{os.sep}", known):
-        return None
-    return f"lists {place}: which files are there is in no identity. Name those that it reads"
-
-
-def _is_known(place: str, known: frozenset[str]) -> bool:
-    """Tell whether a file is in an identity, of the system, or of an installed package."""
-    if place in known or place.startswith((*_OF_SYSTEM, _HOME)) or _KEPT_CODE.fullmatch(place):
-        return True
-    if place.endswith(".pyc"):  # its source is compared with it where it is loaded
-        folder, _, file = place.rpartition("/__pycache__/")
-        place = f"{folder}/{file.partition('.')[0]}.py"
-    places = (*map(str, _libraries()), *_PLACES)
-    return place in known or place.startswith(tuple(f"{path}{os.sep}" for path in places))
 
 
 def require_executed(
@@ -669,14 +502,21 @@ def require_unkept(name: str, files: Sequence[File], *, is_executed: bool = Fals
     Raises:
         SpecError: Its data is not what it was.
     """
-    for label, path in files:
-        place, is_other = os.path.realpath(path), False
-        # What a source names is read, whatever it ends in; the rest is imported.
-        if NAMES in label or path.suffix not in _IMPORTABLE:
-            now = files_digest([("", path)])
-            is_other = _NAMED.setdefault(place, now) != now
-            if is_other and is_executed:
-                _HELD.add(place)
+    imported = {
+        os.path.realpath(file)
+        for module in list(sys.modules.values())
+        if (file := getattr(module, "__file__", None)) is not None
+    }
+    for number, (label, path) in enumerate(files):
+        place = os.path.realpath(path)
+        # The part itself is executed anew, and what is in memory is compared with its file. All
+        # else may be read as data, whatever it ends in.
+        is_code = not number and label == path.name
+        is_read = NAMES in label or not (is_code or place in imported)
+        now = files_digest([("", path)]) if is_read else ""
+        is_other = is_read and _NAMED.setdefault(place, now) != now
+        if is_other and is_executed:
+            _HELD.add(place)
         if is_other or place in _HELD:
             raise SpecError(
                 f"{name}: this process may hold what {path} was before it was written",
@@ -706,24 +546,93 @@ def require_told_apart(name: str, files: Sequence[File]) -> None:
         SpecError: Another part has another module of the name beside it, or one is in memory.
     """
     for module, own in _named_beside(files).items():
-        (label, path), *_ = own
-        place = path.parents[label.count("/") - 2] if label.count("/") > 1 else path
-        found = os.path.realpath(place), files_digest(own)
+        places = {os.path.realpath(path) for _, path in own}
+        found = min(places), files_digest((path.name, path) for _, path in own)
         there = _BESIDE.setdefault(module, found)
-        other = Path(there[0]) if there[0] != found[0] and there[1] != found[1] else None
+        is_other = there[1] != found[1] or any(
+            _BESIDE_ITSELF.search(_text(path)) for _, path in own
+        )
+        other = Path(there[0]) if there[0] not in places and is_other else None
         loaded = _file_in_memory(module)
-        if loaded is not None and not loaded.resolve().is_relative_to(found[0]):
-            is_same = len(own) == 1 and file_digest(loaded) == file_digest(path)
-            other = other if is_same else loaded
-        if other is not None:
-            raise SpecError(
-                f"{name}: {module} is {place} here, and {other} is or may be imported for it",
-                remedy=f"Give one of the two another name, or {_ANEW[0].lower()}{_ANEW[1:]}",
-            )
+        if loaded is not None and os.path.realpath(loaded) not in places:
+            is_same = len(own) == 1 and file_digest(loaded) == file_digest(own[0][1])
+            other = other if is_same and not is_other else loaded
+        _require_one(name, module, own[0][1], other)
+    for module in sorted({name for _, path in files for name in _stated(path)[0]}):
+        first, *others = _candidates(module) or [Path()]
+        digests = {file_digest(path): path for path in (first, *others)} if others else {}
+        _require_one(name, module, first, others[0] if len(digests) > 1 else None)
+
+
+def helpers_of(files: Sequence[File]) -> frozenset[str]:
+    """Give the places of the modules that a part may share with others in this process."""
+    named = {path for own in _named_beside(files).values() for _, path in own}
+    return places_of(
+        (label, path)
+        for label, path in files
+        if path.suffix in _IMPORTABLE
+        and NAMES not in label
+        and (not label.startswith(_HERE) or path in named)
+    )
+
+
+def require_own_data(
+    name: str, helpers: frozenset[str], data: frozenset[str], known: frozenset[str] | None
+) -> None:
+    """Refuse that a module hands a sealed part what it read for another one.
+
+    Nobody sees what passes within a module, so what it reads has to be in both identities.
+
+    Args:
+        name: The part, as the user wrote it.
+        helpers: Places of the modules that it was loaded from.
+        data: Places of the files of data that identify it.
+        known: Places of all that it is hashed by, if it is sealed.
+
+    Raises:
+        SpecError: One names data and another one does not, which shares a module with it.
+    """
+    for helper in sorted(helpers):
+        read, sealed_parts = _HANDED.setdefault(helper, ({}, {}))
+        read.update(dict.fromkeys(data, name))
+        if known is not None:
+            sealed_parts[name] = known
+        for part, places in sealed_parts.items():
+            for place in sorted(read.keys() - places):
+                raise SpecError(
+                    f"{part}: {helper} may hand it what {place} says, which {read[place]} reads "
+                    f"and {part} does not name",
+                    remedy=f"Name it in the source of {part}, in {FILES}, or give one of the two "
+                    f"a copy of {Path(helper).name} under another name.",
+                )
+
+
+def data_of(files: Iterable[File]) -> frozenset[str]:
+    """Give the places of the data among the files that identify a part."""
+    return places_of(
+        (label, path) for label, path in files if NAMES in label or path.suffix not in _IMPORTABLE
+    )
+
+
+def _require_one(name: str, module: str, place: Path, other: Path | None) -> None:
+    if other is not None:
+        raise SpecError(
+            f"{name}: {module} is {place} here, and {other} is or may be imported for it",
+            remedy=f"Give one of the two another name, or {_ANEW[0].lower()}{_ANEW[1:]}",
+        )
+
+
+def _candidates(module: str) -> list[Path]:
+    """List the user's files that a module may be, in memory and in the folders of the path."""
+    found = [] if (loaded := _file_in_memory(module)) is None else [loaded]
+    for folder in map(Path, sys.path):
+        files = (folder / f"{module}.py", folder / module / "__init__.py")
+        found += [file for file in files if file.is_file() and not is_installed(file)]
+    return list({os.path.realpath(file): file for file in found}.values())
 
 
 def _named_beside(files: Sequence[File]) -> dict[str, list[File]]:
-    """Give what a part imports by name, by its module: what its sources write anywhere.
+    """Give what a part imports by name, by its module: what its sources state.
 
     Of a source that executes text, or imports what it computes, it is all that is there.
     """
@@ -731,26 +640,39 @@ def _named_beside(files: Sequence[File]) -> dict[str, list[File]]:
     left = []
     for label, path in files:
         if label.startswith(_HERE):
-            module = label.removeprefix(_HERE).partition("/")[0].partition(".")[0]
-            beside.setdefault(module, []).append((label, path))
+            for module in _modules_of(label, path):
+                beside.setdefault(module, []).append((label, path))
         elif path.suffix == ".py":
             left.append(path)
     found: dict[str, list[File]] = {}
     while left:
-        text = left.pop().read_text("utf-8", "replace")
-        is_open = _COMPUTED.search(text) is not None
+        source = left.pop()
+        names, is_open = _stated(source)[0], _COMPUTED.search(_text(source))
         for module in beside.keys() - found.keys():
-            if is_open or re.search(rf"\b{re.escape(module)}\b", text):
+            if is_open or module in names:
                 found[module] = beside[module]
                 left += [path for _, path in beside[module] if path.suffix == ".py"]
     return dict(sorted(found.items()))
+
+
+def _text(path: Path) -> str:
+    return path.read_text("utf-8", "replace")
+
+
+def _modules_of(label: str, path: Path) -> set[str]:
+    """Return the top levels that a file beside a source may be of, whichever folder is searched."""
+    *folders, file = label.removeprefix(_HERE).split("/")
+    names, folder = [file.partition(".")[0]], path.parent
+    while folders and (folder / "__init__.py").is_file():  # a package, imported by its own name
+        names, folder = [folders.pop()], folder.parent
+    return {*names, *folders[:1]}
 
 
 def _file_in_memory(module: str) -> Path | None:
     """Return the file of a module of the user's that is in memory."""
     file = getattr(sys.modules.get(module), "__file__", None)
     path = None if file is None else Path(file)
-    return path if path is not None and path.is_file() and not _is_installed(path) else None
+    return path if path is not None and path.is_file() and not is_installed(path) else None
 
 
 def _packages_of(files: Iterable[File]) -> Iterator[str]:

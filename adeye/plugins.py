@@ -21,22 +21,25 @@ from adeye.errors import SourceLocation, SpecError, suggest
 from adeye.identity import file_digest
 from adeye.outputs import reads
 from adeye.plugin_code import (
+    File,
     code_digest,
+    data_of,
     files_digest,
+    helpers_of,
     ignore_kept_code,
     own_imports,
     package_files,
     places_of,
     places_of_package,
     require_executed,
+    require_own_data,
     require_told_apart,
     require_unkept,
     require_unwritten,
-    sealed,
     wall_time,
     with_imports,
 )
-from adeye.supervision import guest, is_asked, said
+from adeye.supervision import guest, is_asked, said, sealed
 from adeye.units import shown
 
 if TYPE_CHECKING:
@@ -69,6 +72,7 @@ class Part:
         version: ``__version__`` of its module or package, empty if there is none.
         places: Of the files that it is hashed by, without links: what it may read where it is
             sealed.
+        helpers: Places of the modules that it may share with other parts.
     """
 
     obj: Any
@@ -76,6 +80,7 @@ class Part:
     source_digest: str
     version: str
     places: frozenset[str] = frozenset()
+    helpers: frozenset[str] = frozenset()
 
     def build(self, *arguments: Any) -> Any:
         """Make an instance of the class."""
@@ -138,8 +143,12 @@ def load_part(
     entering = _sealed_guest if is_sealed else _guest
     if source.endswith(".py"):
         path = (base_dir / source).resolve()
-        return _from_file(name, path, attribute, is_nameable, entering)
-    return _from_module(name, source, attribute, is_nameable, entering)
+        part, code = _from_file(name, path, attribute, is_nameable, entering)
+    else:
+        part, code = _from_module(name, source, attribute, is_nameable, entering)
+    part = replace(part, name=name, places=places_of(code), helpers=helpers_of(code))
+    require_own_data(name, part.helpers, data_of(code), part.places if is_sealed else None)
+    return part
 
 
 @contextmanager
@@ -338,7 +347,7 @@ def plugins_digest(parts: Iterable[Part], files: Iterable[ReadFile] = ()) -> str
 
 def _from_file(
     name: str, path: Path, attribute: str, is_nameable: Nameable, entering: Entering
-) -> Part:
+) -> tuple[Part, list[File]]:
     if not path.is_file():
         raise SpecError(f"{name}: there is no file {path}", remedy=_FORM)
     since, content, before = wall_time(), path.read_bytes(), frozenset(sys.modules)
@@ -361,7 +370,7 @@ def _from_file(
     require_executed(name, own_imports(files), before, code)
     require_unkept(name, code, is_executed=True)
     require_told_apart(name, code)
-    return replace(known, name=name, places=places_of(code))
+    return known, code
 
 
 def _execute(
@@ -394,7 +403,7 @@ def _execute(
 
 def _from_module(
     name: str, source: str, attribute: str, is_nameable: Nameable, entering: Entering
-) -> Part:
+) -> tuple[Part, list[File]]:
     since, before = wall_time(), frozenset(sys.modules)
     before_it = places_of_package(source.partition(".")[0])
     try:
@@ -418,10 +427,11 @@ def _from_module(
     require_executed(name, (source.partition(".")[0], *own_imports(files)), before, code)
     if source not in before:
         require_unwritten(name, code, since)
+    require_unkept(name, code, is_executed=True)
     require_told_apart(name, code)
     known = _CACHE.get((source, attribute, digest))
     known = known or _remember((source, attribute, digest), name, module, is_nameable)
-    return replace(known, places=places_of(code))
+    return known, code
 
 
 def _module_files(name: str, module: ModuleType) -> list[tuple[str, Path]]:

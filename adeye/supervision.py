@@ -10,15 +10,20 @@ there as well.
 from __future__ import annotations
 
 import ctypes
+import importlib
 import mmap
 import os
+import re
 import signal
 import sys
+import sysconfig
 import threading
 import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from functools import cache, wraps
 from pathlib import Path
 from types import CodeType, TracebackType
 from typing import Any, Final
@@ -377,3 +382,180 @@ def _ended(status: int, memory: mmap.mmap) -> Ended:
         f"The process ended with {' '.join(filter(None, (how, where)))}, before adeye ended it: "
         f"what it was asked for is incomplete. {why}",
     )
+
+
+# --- A seal: parts that are judged by read what identifies them, and nothing else -----------------
+
+FILES: Final = "adeye_files"
+"""What a source calls the list of the files that it reads."""
+_INSTALLED: Final = {"site-packages", "dist-packages"}
+"""Folders of installed packages, of which the version counts."""
+_OWN: Final = f"{os.path.realpath(Path(__file__).parent)}{os.sep}"
+_sealed: Final[dict[int, _Seal]] = {}
+"""Who works in each thread that may read only what an identity holds."""
+_OF_SYSTEM: Final = ("/proc/", "/sys/", "/usr/share/", "/usr/lib/", "/etc/ssl/", "/etc/localtime")
+_KEPT_CODE: Final = re.compile(r".*/__pycache__/[^/]+\.nb[ic]")
+"""What numba keeps compiled."""
+_OPENS: Final = {"open", "ctypes.dlopen"}
+"""Events of files that are opened; the first that is told of them is the name."""
+_LISTS: Final = {"os.listdir", "os.scandir"}
+"""Events of folders that are listed."""
+_PLACES: Final = tuple(os.path.realpath(path) for path in sys.path if Path(path).name in _INSTALLED)
+"""Where packages are installed, before anybody else may say so."""
+_IMPORTS: Final = ("<frozen importlib", f"{sysconfig.get_path('stdlib')}{os.sep}importlib{os.sep}")
+"""Who looks for modules, whose sources are compared where they are loaded."""
+_THREAD: Final = "_thread.start_new_thread"
+_PROCESS: Final = "subprocess.Popen"
+# Of what is attached to a database nothing is told.
+_LEAVES: Final = {
+    *(_THREAD, "_thread.start_joinable_thread"),
+    *(_PROCESS, "os.system", "os.posix_spawn", "os.exec", "os.fork", "os.forkpty"),
+    *("socket.connect", "sqlite3.connect"),
+}
+"""Events after which nobody sees what is read."""
+_EVENTS: Final = _OPENS | _LISTS | _LEAVES
+_UNTOLD: Final = (
+    (_THREAD, "_thread", "start_new_thread"),
+    (_THREAD, "_thread", "start_new"),
+    (_THREAD, "threading", "_start_new_thread"),
+    (_PROCESS, "_posixsubprocess", "fork_exec"),
+)
+"""What begins threads (on Python 3.11) and processes without an event: module and name."""
+
+
+@contextmanager
+def sealed(name: str, known: frozenset[str]) -> Iterator[None]:
+    """Let a part read no file that it is not hashed by: its results would be reused.
+
+    Files of the system and of installed packages may be read; threads, processes and connections
+    may not be begun. What a native library opens by itself is not seen.
+
+    Args:
+        name: The part, as the user wrote it.
+        known: Places of the files that it is hashed by; those of other parts are in the identity of
+            other results.
+    """
+    _listen()
+    thread = threading.get_ident()
+    former = _sealed.get(thread)
+    _sealed[thread] = seal = _Seal(name, known)
+    try:
+        yield
+    finally:
+        del _sealed[thread]
+        if former is not None:
+            _sealed[thread] = former
+    if seal.broken is not None:  # who goes on without a file goes on without what it says
+        raise seal.broken
+
+
+@contextmanager
+def unsealed() -> Iterator[None]:
+    """Let somebody who looks into a sealed part read what it may not."""
+    thread = threading.get_ident()
+    seal = _sealed.pop(thread, None)
+    try:
+        yield
+    finally:
+        if seal is not None:
+            _sealed[thread] = seal
+
+
+@dataclass(slots=True)
+class _Seal:
+    """Who works under it, what that may read, and what was refused first."""
+
+    name: str
+    known: frozenset[str]
+    broken: PluginError | None = None
+
+
+@cache
+def _listen() -> None:
+    """Have Python ask before it opens a file; that cannot be taken back (PEP 578)."""
+    sys.addaudithook(_refuse_unknown)
+    for event, module, name in _UNTOLD:
+        with suppress(ImportError, AttributeError):  # of another system, or of another Python
+            place = importlib.import_module(module)
+            setattr(place, name, _telling(event, getattr(place, name)))
+
+
+def _telling(event: str, begin: Callable[..., Any]) -> Callable[..., Any]:
+    """Have an event told before something begins."""
+
+    @wraps(begin)
+    def tell(*asked: Any) -> Any:
+        _refuse_unknown(event, ())
+        return begin(*asked)
+
+    return tell
+
+
+def _refuse_unknown(event: str, arguments: tuple[Any, ...]) -> None:
+    if not _sealed or event not in _EVENTS:
+        return
+    seal = _sealed.get(threading.get_ident())
+    said = None if seal is None else _unknown(event, arguments, seal.known)
+    if seal is None or said is None:
+        return
+    error = PluginError(f"{seal.name} {said}")
+    seal.broken = seal.broken or error
+    raise error
+
+
+def _unknown(event: str, arguments: tuple[Any, ...], known: frozenset[str]) -> str | None:
+    """Say what of an event a sealed part may not do; None if it may."""
+    if event in _LEAVES:
+        return (
+            f"does {event}: what is read then is in no identity. It may compute in its own thread "
+            "and process only"
+        )
+    path = arguments[0]
+    if event in _LISTS:
+        return _unlisted(path, known)
+    if path is None or isinstance(path, int) or path == "":
+        return None
+    if event == "open" and arguments[2] & os.O_ACCMODE == os.O_WRONLY:
+        return None
+    place = os.path.realpath(os.fsdecode(path))
+    # With a descriptor of a folder a name is of a place that nobody is told of.
+    is_hidden = event == "open" and arguments[1] is None and os.fsdecode(path)[:1] != os.sep
+    is_there = is_hidden or os.path.isfile(place)  # noqa: PTH113 - for every file that is opened
+    if not is_there or _is_known(place, known):
+        return None
+    return (
+        f"reads {place}, which is not in its identity: name it in the source, by a line such as "
+        f"{FILES} = [{Path(place).name!r}]"
+    )
+
+
+def _unlisted(path: str | bytes | int | None, known: frozenset[str]) -> str | None:
+    """Say that a folder is listed whose files are in no identity; None if it may be."""
+    caller = sys._getframe(3).f_code.co_filename
+    place = str(path) if isinstance(path, int) else os.path.realpath(os.fsdecode(path or "."))
+    if caller.startswith(_IMPORTS) or _is_known(f"{place}{os.sep}", known):
+        return None
+    return f"lists {place}: which files are there is in no identity. Name those that it reads"
+
+
+def _is_known(place: str, known: frozenset[str]) -> bool:
+    """Tell whether a file is in an identity, of the system, or of an installed package."""
+    if place in known or place.startswith((*_OF_SYSTEM, _OWN)) or _KEPT_CODE.fullmatch(place):
+        return True
+    if place.endswith(".pyc"):  # its source is compared with it where it is loaded
+        folder, _, file = place.rpartition("/__pycache__/")
+        place = f"{folder}/{file.partition('.')[0]}.py"
+    places = (*map(str, _libraries()), *_PLACES)
+    return place in known or place.startswith(tuple(f"{path}{os.sep}" for path in places))
+
+
+def is_installed(path: Path) -> bool:
+    """Tell whether a file is of the standard library or of an installed package."""
+    place, known = path.resolve(), (*map(str, _libraries()), *_PLACES)
+    return any(place.is_relative_to(folder) for folder in known)
+
+
+@cache
+def _libraries() -> tuple[Path, ...]:
+    known = sysconfig.get_paths()
+    return tuple(Path(known[name]).resolve() for name in ("stdlib", "platstdlib"))

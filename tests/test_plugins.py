@@ -19,7 +19,6 @@ import pytest
 from adeye import plugin_code
 from adeye import plugins as registry
 from adeye.errors import PluginError, SpecError
-from adeye.plugin_code import sealed
 from adeye.plugins import (
     load_part,
     plugins_digest,
@@ -29,6 +28,7 @@ from adeye.plugins import (
     validate_parameters,
 )
 from adeye.simulate.channels.factory import plugin_channel
+from adeye.supervision import sealed
 from tests.refusals import refused
 from tests.stored import known
 
@@ -266,6 +266,7 @@ def test_digest_of_a_package_covers_all_its_files(package: Path, tmp_path: Path)
     (package / "__pycache__" / "noise").write_text("what Python keeps is no source")
     (package / ".hidden").write_text("nor is what an editor keeps")
     assert load_part("bought.drive:Mine", Path()).source_digest == first
+    plugin_code._NAMED.clear()  # as in a new process
     (package / "core.so").write_bytes(b"two")
     second = load_part("bought.drive:Mine", Path()).source_digest
     elsewhere = tmp_path / "elsewhere"
@@ -274,6 +275,7 @@ def test_digest_of_a_package_covers_all_its_files(package: Path, tmp_path: Path)
     (elsewhere / "round").symlink_to(package)
     (package / "data").symlink_to(elsewhere)
     third = load_part("bought.drive:Mine", Path()).source_digest
+    plugin_code._NAMED.clear()
     (elsewhere / "weights.bin").write_bytes(b"0.6")
     fourth = load_part("bought.drive:Mine", Path()).source_digest
     assert len({first, second, third, fourth}) == 4
@@ -515,7 +517,78 @@ def test_module_of_one_name_in_two_folders_is_imported_for_one_only(
     for place in ("a", "c"):  # who may import whatever is there
         (folder / place / "opening.py").write_text("import importlib\nclass Mine:\n    pass\n")
     load_part("./a/opening.py:Mine", folder)
-    refused(SpecError, load_part, "./c/opening.py:Mine", folder, says="unused is")
+    refused(SpecError, load_part, "./c/opening.py:Mine", folder, says="is or may be imported")
+
+
+def test_modules_below_and_those_that_read_beside_themselves_are_told_apart(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    monkeypatch.setattr(plugin_code, "_BESIDE", {})
+    here = (
+        "import sys\nfrom pathlib import Path\nsys.path.insert(0, str(Path(__file__).parent{}))\n"
+    )
+    for place, below in (("a", "liba"), ("b", "libb")):
+        (folder / place / below).mkdir(parents=True)
+        (folder / place / below / "below_both.py").write_text(f"GAIN = '{place}'\n")
+        (folder / place / "reading_both.py").write_text(
+            "from pathlib import Path\nGAIN = Path(__file__).read_text()\n"
+        )
+        (folder / place / "below.py").write_text(
+            here.format(f" / '{below}'") + "from below_both import GAIN\nclass Mine:\n    pass\n"
+        )
+        (folder / place / "equal.py").write_text(
+            here.format("") + "from reading_both import GAIN\nclass Mine:\n    pass\n"
+        )
+    for name in ("below", "equal"):
+        load_part(f"./a/{name}.py:Mine", folder)
+        refused(SpecError, load_part, f"./b/{name}.py:Mine", folder, says="is or may be imported")
+    del sys.modules["below_both"], sys.modules["reading_both"]
+
+
+def test_module_of_both_hands_a_sealed_part_nothing_that_it_does_not_name(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(folder)
+    (folder / "common_to_both.py").write_text("KEPT = {}\n")
+    (folder / "gain.txt").write_text("1")
+    text = "from common_to_both import KEPT\nclass Mine:\n    pass\n"
+    (folder / "telling.py").write_text(f'adeye_files = ["gain.txt"]\n{text}')
+    (folder / "judging.py").write_text(text)
+    load_part("./telling.py:Mine", folder)
+    refused(
+        SpecError,
+        load_part,
+        "./judging.py:Mine",
+        folder,
+        is_sealed=True,
+        says=r"common_to_both\.py may hand it what .*gain\.txt says, which \./telling\.py:Mine",
+    )
+    (folder / "judging_well.py").write_text(f'adeye_files = ["gain.txt"]\n{text}')
+    plugin_code._HANDED.clear()
+    load_part("./judging_well.py:Mine", folder, is_sealed=True)
+    load_part("./telling.py:Mine", folder)
+
+
+def test_importable_file_that_nobody_imported_may_be_held(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    (folder / "limits_here.py").write_text("1\n")
+    (folder / "running.py").write_text(
+        "import runpy, sys\nfrom pathlib import Path\nclass Mine:\n    pass\n"
+    )
+    load_part("./running.py:Mine", folder)
+    (folder / "limits_here.py").write_text("10\n")
+    says = r"this process may hold what .*limits_here\.py was before"
+    refused(SpecError, load_part, "./running.py:Mine", folder, says=says)
+
+
+def test_what_a_package_was_executed_with_is_held_for_good(package: Path) -> None:
+    (package / "gains.txt").write_text("1")
+    load_part("bought.drive:Mine", Path())
+    plugin_code.may_hold([package / "gains.txt"])
+    refused(SpecError, load_part, "bought.drive:Mine", Path(), says="this process may hold")
 
 
 def test_named_file_is_data_whatever_it_ends_in(folder: Path) -> None:

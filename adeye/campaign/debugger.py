@@ -19,7 +19,7 @@ from typing import Any, Final
 from adeye import supervision
 from adeye.errors import Interrupted, UsageError
 from adeye.notices import notice
-from adeye.plugin_code import unsealed
+from adeye.supervision import unsealed
 
 
 class _Here(threading.local):

@@ -31,8 +31,9 @@ from adeye.plugin_code import (
     code_digest,
     files_digest,
     may_hold,
+    places_of,
+    require_own_data,
     require_unkept,
-    sealed,
     spec_files,
     with_imports,
 )
@@ -65,7 +66,7 @@ from adeye.spec.programs import FmuUse, Plant
 from adeye.spec.quantity import IDENTIFIER
 from adeye.spec.sensors import FmuSensor, PluginSensor
 from adeye.store.plugin_metrics import is_free
-from adeye.supervision import guest
+from adeye.supervision import guest, sealed
 from adeye.units import shown
 
 if TYPE_CHECKING:
@@ -153,6 +154,7 @@ def load_code(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> P
             where = loaded.locate(("channels", name, "parameters", "policy"))
             with placed(where, keeps_place=True):
                 named.append(load_policy(channel.parameters.policy, folder))
+            _require_own_data(loaded, name, named[-1])
             continue
         if isinstance(channel, HostedChannel):
             _require_program(loaded, name, channel)
@@ -162,6 +164,7 @@ def load_code(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> P
         else:
             assert isinstance(channel, PluginChannel)
             part = _plugin(loaded, ("channels", name), channel, "channel", ("act",))
+            _require_own_data(loaded, name, part)
             named.append(part)
             with placed(loaded.locate(("channels", name, "kind"))):
                 made = plugin_channel(part)
@@ -191,6 +194,15 @@ def _require_unkept(
         paths = [folder / name for name in spec.files if (folder / name).is_file()]
         files = [(f"{NAMES}{path.name}", path) for path in paths]
         require_unkept(f"channel {channel}", files, is_executed=is_executed)
+
+
+def _require_own_data(loaded: Loaded[Architecture], channel: str, part: Part) -> None:
+    """Refuse that what a channel reads is handed to a sealed part by a module of both."""
+    spec = loaded.spec.channels[channel]
+    assert isinstance(spec, PluginChannel | PolicyChannel)
+    files = [loaded.path.parent / name for name in spec.files]
+    with placed(loaded.locate(("channels", channel)), f"channel {channel}: "):
+        require_own_data(part.name, part.helpers, places_of(("", path) for path in files), None)
 
 
 def _check_fmus(loaded: Loaded[Architecture]) -> None:
@@ -653,9 +665,10 @@ class Unchanged:
             now = _signature(source)
             if now == before:
                 continue
-            begun = self._begun.get(source)
+            begun = self._begun[source]
             if not source.is_as_planned() or begun != now:
-                may_hold(source.paths())
+                written = set(now) ^ set(before or begun)
+                may_hold(Path(item[0]) for item in written)
                 raise IntegrityError(
                     f"{source.name}, which {source.user} names, was changed after the campaign was "
                     f"planned{_written(before or begun, now)}. Results since the last block that "

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from adeye.kernel.random import owner_id
-from adeye.plugin_code import sealed
 from adeye.plugins import Part, load_part
 from adeye.ports import SensorContext, SensorModel
 from adeye.signals import DETECTION_COLUMNS, ESTIMATE_COLUMNS, Measurement, spec_columns
@@ -24,7 +23,7 @@ from adeye.simulate.sensors.ranging import RangingSensor
 from adeye.simulate.sensors.ultrasonic import UltrasonicSensor
 from adeye.simulate.world.clock import period_ticks, ticks
 from adeye.spec.sensors import model_name
-from adeye.supervision import guest
+from adeye.supervision import guest, sealed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Sequence
