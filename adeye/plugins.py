@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from pydantic import BaseModel, ValidationError
 
-from adeye.errors import SourceLocation, SpecError, suggest
+from adeye.errors import PluginError, SourceLocation, SpecError, suggest
 from adeye.identity import file_digest
 from adeye.outputs import reads
 from adeye.plugin_code import (
@@ -39,11 +39,18 @@ from adeye.plugin_code import (
     wall_time,
     with_imports,
 )
-from adeye.supervision import guest, is_asked, said, sealed
+from adeye.supervision import (
+    guest,
+    identified,
+    is_asked,
+    require_identified,
+    said,
+    sealed,
+)
 from adeye.units import shown
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
     from pydantic_core import ErrorDetails
 
@@ -153,12 +160,12 @@ def load_part(
 
 @contextmanager
 def _sealed_guest(name: str, known: frozenset[str]) -> Iterator[None]:
-    with guest(name), sealed(name, known):
+    with guest(name, is_loaded=False), sealed(name, known):
         yield
 
 
 def _guest(name: str, _: frozenset[str]) -> AbstractContextManager[None]:
-    return guest(name)
+    return guest(name, is_loaded=False)
 
 
 def locate_file(name: str, base_dir: Path) -> Path:
@@ -370,7 +377,18 @@ def _from_file(
     require_executed(name, own_imports(files), before, code)
     require_unkept(name, code, is_executed=True)
     require_told_apart(name, code)
+    _require_identified(name, before, code)
     return known, code
+
+
+def _require_identified(name: str, before: Collection[str], code: Sequence[File]) -> None:
+    """Refuse what was imported while a part was loaded and is not in its identity."""
+    identified(places_of(code))
+    new = (key for key in list(sys.modules) if key not in before and not key.startswith(_LABEL))
+    try:
+        require_identified(name, new)
+    except PluginError as error:
+        raise SpecError(str(error), remedy="Results hang on its code.") from error
 
 
 def _execute(
@@ -431,6 +449,7 @@ def _from_module(
     require_told_apart(name, code)
     known = _CACHE.get((source, attribute, digest))
     known = known or _remember((source, attribute, digest), name, module, is_nameable)
+    _require_identified(name, before, code)
     return known, code
 
 

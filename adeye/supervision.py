@@ -20,10 +20,11 @@ import sysconfig
 import threading
 import time
 import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import cache, wraps
+from itertools import islice
 from pathlib import Path
 from types import CodeType, TracebackType
 from typing import Any, Final
@@ -83,20 +84,24 @@ class guest:  # noqa: N801 - read as `with guest(name):`
     turned into ``PluginError``.
     """
 
-    __slots__ = ("_asked", "_former", "_kind", "_name", "_pid", "_slot")
+    __slots__ = ("_asked", "_former", "_is_loaded", "_kind", "_modules", "_name", "_pid", "_slot")
 
-    def __init__(self, name: str, kind: str = "", asked: Any = None) -> None:
+    def __init__(
+        self, name: str, kind: str = "", asked: Any = None, *, is_loaded: bool = True
+    ) -> None:
         """Say who comes.
 
         Args:
             name: The plug-in, as the user wrote it.
             kind: What it is, where nothing else contains what it raises; else empty.
             asked: Its function whose answer is looked at.
+            is_loaded: Whether what identifies it is known by now, see ``identified``.
         """
         self._name, self._kind, self._asked = name, kind, asked
+        self._is_loaded = is_loaded
 
     def __enter__(self) -> None:
-        self._pid = os.getpid()
+        self._pid, self._modules = os.getpid(), len(sys.modules)
         with _entering:
             self._slot = _SLOTS + _slots.setdefault(threading.get_ident(), len(_slots) % _MOST)
             self._former = _notes[self._slot]
@@ -121,6 +126,10 @@ class guest:  # noqa: N801 - read as `with guest(name):`
                 _inside.discard(self._slot)
         if error is not None:
             raised(error)
+        elif self._is_loaded and len(sys.modules) > self._modules:
+            require_identified(
+                self._name, islice(reversed(sys.modules), len(sys.modules) - self._modules)
+            )
         if error is None or not self._kind or isinstance(error, AdeyeError) or is_asked(error):
             return
         raise PluginError(
@@ -386,6 +395,8 @@ def _ended(status: int, memory: mmap.mmap) -> Ended:
 
 # --- A seal: parts that are judged by read what identifies them, and nothing else -----------------
 
+_identified: Final[set[str]] = set()
+"""Places of all files that identify a part which was loaded in this process."""
 FILES: Final = "adeye_files"
 """What a source calls the list of the files that it reads."""
 _INSTALLED: Final = {"site-packages", "dist-packages"}
@@ -547,6 +558,34 @@ def _is_known(place: str, known: frozenset[str]) -> bool:
         place = f"{folder}/{file.partition('.')[0]}.py"
     places = (*map(str, _libraries()), *_PLACES)
     return place in known or place.startswith(tuple(f"{path}{os.sep}" for path in places))
+
+
+def identified(places: Iterable[str]) -> None:
+    """Note the places of the files that identify a part."""
+    _identified.update(places)
+
+
+def require_identified(name: str, modules: Iterable[str]) -> None:
+    """Refuse modules of the user's that a part imported and that identify none.
+
+    What imports by name, as a pickle does, is told by no statement.
+
+    Args:
+        name: The part, as the user wrote it.
+        modules: Names of what was imported while it worked.
+
+    Raises:
+        PluginError: One is in no identity: results would be reused after an edit of it.
+    """
+    for module in tuple(modules):
+        file = getattr(sys.modules.get(module), "__file__", None)
+        place = "" if file is None else os.path.realpath(file)
+        if not place or place in _identified or place.startswith(_OWN) or is_installed(Path(place)):
+            continue
+        raise PluginError(
+            f"{name} imports {module}, which is in no identity: import it in its source, by a "
+            f"statement such as import {module.partition('.')[0]}"
+        )
 
 
 def is_installed(path: Path) -> bool:

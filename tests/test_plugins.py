@@ -584,6 +584,32 @@ def test_importable_file_that_nobody_imported_may_be_held(
     refused(SpecError, load_part, "./running.py:Mine", folder, says=says)
 
 
+def test_module_that_no_statement_imports_is_refused_with_what_to_do(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    place = folder.with_name("elsewhere")
+    place.mkdir()
+    monkeypatch.syspath_prepend(place)
+    for name in ("net_early", "net_late", "net_stated"):
+        (place / f"{name}.py").write_text("class Net:\n    pass\n")
+    by_pickle = "pickle.loads(b'cnet_{}\\nNet\\n.')"
+    (folder / "early.py").write_text(
+        f"import pickle\nNET = {by_pickle.format('early')}\nclass Mine:\n    pass\n"
+    )
+    says = "imports net_early, which is in no identity: import it in its source, by a statement"
+    refused(SpecError, load_part, "./early.py:Mine", folder, says=says)
+    (folder / "late.py").write_text(
+        "import pickle\nclass Mine:\n    def __init__(self):\n"
+        f"        self.net = {by_pickle.format('late')}\n"
+    )
+    refused(PluginError, load_part("./late.py:Mine", folder).build, says="imports net_late")
+    (folder / "stated.py").write_text(
+        "import pickle\nclass Mine:\n    def __init__(self):\n        import net_stated\n"
+        f"        self.net = {by_pickle.format('stated')}\n"
+    )
+    load_part("./stated.py:Mine", folder).build()
+
+
 def test_what_a_package_was_executed_with_is_held_for_good(package: Path) -> None:
     (package / "gains.txt").write_text("1")
     load_part("bought.drive:Mine", Path())

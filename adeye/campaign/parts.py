@@ -102,6 +102,12 @@ class Parts:
         parts = (*self.plugins, *self.metrics)
         return plugins.plugins_digest(parts, self.files) if parts or self.files else ""
 
+    @property
+    def paths(self) -> frozenset[Path]:
+        """Every file that identifies one of them."""
+        code = {Path(place) for part in (*self.plugins, *self.metrics) for place in part.places}
+        return frozenset(code | {file.path for file in self.files})
+
 
 def load_parts(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> Parts:
     """Load the plug-ins of an architecture, ask its channels for monitors, hash what they read.
@@ -117,8 +123,8 @@ def load_parts(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> 
     return found
 
 
-def digest_now(architecture: Architecture, folder: Path, metrics: tuple[Part, ...] = ()) -> str:
-    """Hash what an architecture names that a database holds, as ``Parts.digest``.
+def parts_now(architecture: Architecture, folder: Path, metrics: tuple[Part, ...] = ()) -> Parts:
+    """Load what an architecture names that a database holds, as it is by now.
 
     Args:
         architecture: As it is stored.
@@ -132,7 +138,7 @@ def digest_now(architecture: Architecture, folder: Path, metrics: tuple[Part, ..
     text = yaml.safe_dump(architecture.model_dump(mode="json"), allow_unicode=True)
     document = parse_document(text, f"architecture {name} of the database")
     stored = Loaded(architecture, document.value, folder / f"{name}.yaml", (document,))
-    return load_parts(stored, metrics).digest
+    return load_parts(stored, metrics)
 
 
 def load_code(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> Parts:
@@ -696,16 +702,41 @@ def sources(plan: CampaignPlan) -> Iterator[Source]:
 
 
 def _signature(source: Source) -> _Signature:
+    paths = source.paths()
+    links = [] if source.path is None else [link for path in paths for link in _links(path)]
+    return (*links, *_states(paths))
+
+
+class Unwritten:
+    """Tells whether files are written while something is executed that they make."""
+
+    def __init__(self, paths: Iterable[Path]) -> None:
+        """Take down how they are."""
+        self._paths = sorted(paths)
+        self._begun = _states(self._paths)
+
+    def check(self) -> None:
+        """Compare; nothing of what was executed may be kept otherwise.
+
+        Raises:
+            IntegrityError: One was written, be it with what was there before.
+        """
+        now = _states(self._paths)
+        if now != self._begun:
+            may_hold(Path(item[0]) for item in set(now) ^ set(self._begun))
+            raise IntegrityError(
+                f"what runs are executed with was written meanwhile{_written(self._begun, now)}. "
+                "Nothing of it is kept; ask again once it is as it is to stay"
+            )
+
+
+def _states(paths: Iterable[Path]) -> _Signature:
     found = []
-    for path in source.paths():
-        if source.path is not None:
-            found += _links(path)
+    for path in paths:
         try:
-            told = path.stat()
+            found.append(_told_of(path, path.stat()))
         except OSError:
             found.append((str(path), _GONE, _GONE, _GONE, _GONE))
-        else:
-            found.append(_told_of(path, told))
     return tuple(found)
 
 

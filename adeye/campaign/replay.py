@@ -14,7 +14,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, BinaryIO, Final, TypeVar
 
-from adeye.campaign.parts import digest_now, use_plugin_metrics
+from adeye.campaign.parts import Unwritten, parts_now, use_plugin_metrics
 from adeye.campaign.plan import folder_of_plugins, recreate
 from adeye.campaign.run import Progress, fitting
 from adeye.campaign.traces import kept_trace
@@ -448,16 +448,21 @@ def recalled_parts(repository: Repository, runs: Sequence[RunRef]) -> Iterator[l
         yield [recall(repository, run) for run in ordered[first : first + PART_RUNS]]
 
 
-def require_same_code(runs: Iterable[Recalled]) -> None:
+def require_same_code(runs: Iterable[Recalled]) -> Unwritten:
     """Refuse to execute anything beside runs with other plug-ins, programs, FMUs or files.
 
     That its own bits come again does not tell: code that changed may differ only where a run has
     never been.
 
+    Returns:
+        Tells, once something was executed, whether all of that stayed as it is; ask it before
+        anything is kept.
+
     Raises:
         IntegrityError: What executed one is not here.
     """
     looked: dict[tuple[str, ...], str] = {}
+    paths: set[Path] = set()
     for item in runs:
         architecture, drivers = item.case.architecture, item.case.scenario.drivers
         name, then = architecture.architecture, str(item.stored.row["plugins_digest"])
@@ -469,7 +474,8 @@ def require_same_code(runs: Iterable[Recalled]) -> None:
             if key not in looked:
                 looked[key] = ""
                 with suppress(SpecError):
-                    looked[key] = digest_now(architecture, folder, metrics)
+                    parts = parts_now(architecture, folder, metrics)
+                    looked[key], paths = parts.digest, paths | parts.paths
             is_same = looked[key] == then
         folder = item.work.folders.get(item.case.place_key, Path())
         if not is_same or not all(_is_there(driver, folder) for driver in drivers.values()):
@@ -478,6 +484,8 @@ def require_same_code(runs: Iterable[Recalled]) -> None:
                 "or a file that one reads, is no longer what it was. Run the campaign again with "
                 "what is here, and ask again"
             )
+        paths |= {folder / driver.file for driver in drivers.values()}
+    return Unwritten(paths)
 
 
 def _is_there(driver: Driver, folder: Path) -> bool:

@@ -189,7 +189,9 @@ def stale(
         if campaign is None:
             what = "the database has no campaign" if name is None else f"no campaign of ODD {name}"
             raise InputError(what, remedy="Run an ODD first: adeye run ODD")
-        path = odd or odd_asked_about(campaign.provenance, repository.location.beside.parent)
+        later = [item.provenance for item in repository.evidence.sessions(campaign.id)]
+        near = repository.location.beside.parent
+        path = odd or odd_asked_about(campaign.provenance, near, later)
         if plan is None:
             if not path.is_file():
                 raise InputError(

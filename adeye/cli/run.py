@@ -259,6 +259,8 @@ def run(
     asked = asked_executor(executor, threads, workers, scheduler)
     if pdb:
         _require_debuggable((workers, executor, scheduler), threads, json=json)
+    else:
+        _leave_input()
     was_told = not quiet and not is_cache_warm()
     hint = _resume_hint(odd, db, locals())
     session = opt.make_session(
@@ -309,6 +311,13 @@ def _of_files_as_they_are(plan: CampaignPlan, code: int) -> int:
         said = f"edited while it ran: {', '.join(edited)}"
         out.talk(out.clean(f"{said}; the verdicts are of what was read at first. Run again"))
     return int(ExitCode.INCOMPLETE) if edited and code == ExitCode.OK else code
+
+
+def _leave_input() -> None:
+    """Let nobody read the standard input: what a part reads there is in no identity."""
+    null = os.open(os.devnull, os.O_RDONLY)
+    os.dup2(null, 0)
+    os.close(null)
 
 
 def _require_debuggable(elsewhere: Sequence[object], threads: int | None, *, json: bool) -> None:

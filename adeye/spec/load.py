@@ -375,14 +375,29 @@ def odd_of(provenance: Mapping[str, Any], near: Path | None = None) -> Path:
     return find_odd(path, near, place) if path else Path()
 
 
-def odd_asked_about(provenance: Mapping[str, Any], near: Path | None = None) -> Path:
+def odd_asked_about(
+    provenance: Mapping[str, Any],
+    near: Path | None = None,
+    later: Iterable[Mapping[str, Any]] = (),
+) -> Path:
     """Find the file of the ODD that somebody means who names a campaign only, see ``odd_of``.
 
+    Args:
+        provenance: Of the campaign.
+        near: Folder of the database.
+        later: Provenances of those that worked on it, also from other places.
+
     Raises:
-        SpecError: Where they stand, or above, is another one of that name, as in a copy of the
-            project.
+        SpecError: It was worked on from another file, or where they stand, or above, is another
+            one of that name, as in a copy of the project.
     """
     found, now = odd_of(provenance, near), Path.cwd()
+    for other in (odd_of(item, near) for item in later):
+        if all(_is(Path.is_file, path) for path in (found, other)) and not found.samefile(other):
+            raise SpecError(
+                f"the campaign was planned from {found}, and worked on from {other}",
+                remedy="Name the file of the ODD that you mean.",
+            )
     named = Path(str(provenance.get("odd_path", "")))
     above = (folder / named for folder in (now, *now.parents))
     here = next((path for path in above if _is(Path.is_file, path)), None)

@@ -343,6 +343,11 @@ def test_odd_of_a_campaign_is_not_that_of_a_copy_beside(
     for folder, here in ((tmp_path / "two", "odd/d.yaml"), (tmp_path / "two" / "odd", "d.yaml")):
         monkeypatch.chdir(folder)
         refused(SpecError, odd_asked_about, told, says=f"here is another, {here}")
+    # By whatever path: somebody else worked on it from another copy.
+    for path in ("odd/d.yaml", str(tmp_path / "two" / "odd" / "d.yaml")):
+        later = {"odd_path": path, "odd_place": str(tmp_path / "two" / "odd" / "d.yaml")}
+        monkeypatch.chdir(tmp_path)
+        refused(SpecError, odd_asked_about, told, later=[told, later], says="worked on from")
     # What is nearest is meant, not what stands above the project.
     monkeypatch.chdir(tmp_path / "one")
     (tmp_path / "odd").mkdir()

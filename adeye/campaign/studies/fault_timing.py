@@ -128,11 +128,12 @@ def _designs(odd: Mapping[str, Any]) -> dict[str, str]:
 
 def _injections(part: Sequence[Recalled]) -> Iterator[Injection]:
     """Execute runs of one structure together with their twins, by the code that executed them."""
-    require_same_code(part)
+    code = require_same_code(part)
     first, count = part[0], len(part)
     cases = [item.case for item in part]
     faulted = first.work.drive([*cases, *map(_without_mechanism, cases)])
     twins = first.work.drive([*map(_fault_free, cases), *map(_both, cases)])
+    code.check()
     digests, of_twins = faulted.digests(), twins.digests()
     for run, item in enumerate(part):
         require_as_recorded(item, faulted, run)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adeye.campaign import replay
+from adeye.campaign.parts import Unwritten
 from adeye.campaign.replay import Recalled, Report
 from adeye.campaign.work import describe
 from adeye.errors import InputError, IntegrityError, UsageError
@@ -139,9 +140,9 @@ def make_forks(
     """
     for recalled, override in wanted:
         _check(recalled, override)
-    replay.require_same_code(recalled for recalled, _ in wanted)
+    code = replay.require_same_code(recalled for recalled, _ in wanted)
     for part in replay.together(wanted, lambda item: item[0]):
-        yield list(_fork_together(repository, part))
+        yield list(_fork_together(repository, part, code))
 
 
 def _check(recalled: Recalled, override: AuthorityOverride) -> None:
@@ -166,7 +167,9 @@ def _check(recalled: Recalled, override: AuthorityOverride) -> None:
 
 
 def _fork_together(
-    repository: Repository, wanted: Sequence[tuple[Recalled, AuthorityOverride]]
+    repository: Repository,
+    wanted: Sequence[tuple[Recalled, AuthorityOverride]],
+    code: Unwritten,
 ) -> Iterator[Forked]:
     first, count = wanted[0][0], len(wanted)
     cases = [recalled.case for recalled, _ in wanted]
@@ -184,6 +187,7 @@ def _fork_together(
             block.result_digests, forks, wanted, strict=True
         )
     ]
+    code.check()
     repository.hindsight.save_forks(records, block)
     for run, (recalled, override) in enumerate(wanted):
         origin = _side(recalled.run.result_digest, recalled, trace, evaluation, run)

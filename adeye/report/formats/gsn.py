@@ -141,7 +141,7 @@ class _Builder:
         report = self._report
         states = [self._goal_state(goal) for goal in report.goals]
         # Nothing is wholly argued for on files that do not fit together, or where a gate refuses.
-        is_refused = report.exit_code is not ExitCode.OK
+        is_refused = report.answer[0] is not ExitCode.OK
         states += ["undeveloped"] if report.findings or is_refused else []
         gate = ", ".join(self._gate) or "no architecture"
         title = report.concept_title or report.title
@@ -168,9 +168,10 @@ class _Builder:
         text = f"campaign {report.campaign[:12]}, ODD {report.odd_digest[:12]}, "
         text += f"concept {report.concept_digest[:12]}"
         yield GsnNode("C-versions", "context", versions, text)
-        if report.exit_code is not ExitCode.OK:
-            title = f"The gate answers {report.exit_code.value}"
-            yield GsnNode("C-gate", "context", title, printable(report.message))
+        code, message = report.answer
+        if code is not ExitCode.OK:
+            title = f"The gate answers {code.value}"
+            yield GsnNode("C-gate", "context", title, printable(message))
         if report.findings:
             text = f"{amount(len(report.findings), 'finding')} by adeye check."
             yield GsnNode("C-findings", "context", "Integrity of concept and evidence", text)

@@ -191,7 +191,7 @@ def verdict_sarif(report: Report) -> dict[str, Any]:
     rules, failures = [_fsr_rule(item) for item in report.fsrs], report.channel_failures
     rules += [_failure_rule(name) for name in sorted({item.outcome for item in failures})]
     results = [*_results(report), *(_failure(report, item) for item in failures)]
-    if report.exit_code is not ExitCode.OK and all(item.level != "error" for item in results):
+    if report.answer[0] is not ExitCode.OK and all(item.level != "error" for item in results):
         # Whoever sees no result takes it for green.
         rules.append(SarifRule(id=_GATE, text="The gate lets the campaign pass.", help=_ASK))
         results.append(_refusal(report))
@@ -199,13 +199,14 @@ def verdict_sarif(report: Report) -> dict[str, Any]:
 
 
 def _refusal(report: Report) -> SarifResult:
+    code, message = report.answer
     return SarifResult(
         rule=_GATE,
-        text=f"The gate answers {int(report.exit_code)}: {report.message}.",
+        text=f"The gate answers {int(code)}: {message}.",
         name=report.odd,
         where=report.where,
         key=(report.odd, _GATE),
-        properties=(("exit_code", int(report.exit_code)),),
+        properties=(("exit_code", int(code)),),
     )
 
 

@@ -356,6 +356,13 @@ class Report(Part):
         if not gate or any(verdict is not Verdict.PASS for verdict in gate.values()):
             yield f"exit code 0, but the gate is {gate}"
 
+    @property
+    def answer(self) -> tuple[ExitCode, str]:
+        """Exit code and message of the gate, with the baseline that the report compares with."""
+        if self.impact is not None and self.impact.exit_code is not ExitCode.OK:
+            return self.impact.exit_code, self.impact.message
+        return self.exit_code, self.message
+
     def cell(self, fsr: str, architecture: str, scenario: str | None = None) -> Cell | None:
         """Find one cell; None if nothing was recorded there."""
         if self._index[0] is not self.cells:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from adeye.campaign.parts import Unwritten
 from adeye.campaign.studies.fault_timing import campaign_injections, run_timeline
 from adeye.campaign.studies.forks import fork_run
 from adeye.campaign.studies.preventability import prevent
@@ -39,6 +40,15 @@ def test_drives_and_forks_are_of_the_fmu_that_moves_the_vehicle(tmp_path: Path) 
     assert len(set(drives)) == 2
     fmu.write_bytes(kept)
     assert fork_run(project.db, run, start="1 s", authority="safety").origin.run == run
+
+
+def test_what_is_written_while_something_is_executed_is_noticed(tmp_path: Path) -> None:
+    code = tmp_path / "own.py"
+    code.write_text(OWN)
+    unwritten = Unwritten([code])
+    unwritten.check()
+    code.write_text(OWN)  # what was there, for it may have been another one between
+    refused(IntegrityError, unwritten.check, says=r"was written meanwhile: .*own\.py")
 
 
 @pytest.mark.slow

@@ -13,6 +13,12 @@ from tests.report.fake import build_report
 
 
 @pytest.fixture
+def report(report: Report) -> Report:
+    """The report, compared with no baseline."""
+    return report.model_copy(update={"impact": None})
+
+
+@pytest.fixture
 def sound(report: Report) -> Report:
     """The report without a broken rule."""
     return report.model_copy(update={"findings": ()})
@@ -210,3 +216,12 @@ def test_waiver_is_no_evidence(sound: Report) -> None:
     )
     argument = gsn.argument_of(sound.model_copy(update={"cells": cells}))
     assert node(argument, "G-FSR-01").state == "undeveloped"
+
+
+def test_gate_against_the_baseline_of_the_report_counts(sound: Report) -> None:
+    compared = build_report().model_copy(update={"findings": ()})
+    assert compared.impact is not None
+    assert (sound.answer[0], compared.answer[0]) == (ExitCode.OK, compared.impact.exit_code)
+    argument = gsn.argument_of(compared)
+    assert node(argument, "G-top").state == "undeveloped"
+    assert node(argument, "C-gate").text == compared.impact.message

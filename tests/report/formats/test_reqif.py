@@ -2,6 +2,7 @@
 
 from typing import Any
 
+import pytest
 from lxml import etree
 
 from adeye.judge.verdict import ExitCode, Verdict
@@ -9,6 +10,12 @@ from adeye.report.formats.reqif import NAMESPACE, render_reqif, verdict_attribut
 from adeye.report.model.report import Report
 
 N = {"r": NAMESPACE}
+
+
+@pytest.fixture
+def report(report: Report) -> Report:
+    """The report, compared with no baseline."""
+    return report.model_copy(update={"impact": None})
 
 
 def read(report: Report) -> Any:

@@ -21,6 +21,12 @@ PLACE = SourceLocation("odd/a.yaml", 3, 5)
 RULE = sarif.SarifRule("R1", "Something holds.", "Make it hold.")
 
 
+@pytest.fixture
+def report(report: Report) -> Report:
+    """The report, compared with no baseline."""
+    return report.model_copy(update={"impact": None})
+
+
 def require_sarif(log: dict[str, Any]) -> None:
     """Hold every index of a log against what it points at, and every level against its kind."""
     for run in log["runs"]:
