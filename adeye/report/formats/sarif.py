@@ -200,11 +200,13 @@ def verdict_sarif(report: Report) -> dict[str, Any]:
 
 def _refusal(report: Report) -> SarifResult:
     code, message = report.answer
+    # Code hosts take no result without a place.
+    where = report.where or next((item.where for item in report.fsrs if item.where), None)
     return SarifResult(
         rule=_GATE,
         text=f"The gate answers {int(code)}: {message}.",
         name=report.odd,
-        where=report.where,
+        where=where,
         key=(report.odd, _GATE),
         properties=(("exit_code", int(code)),),
     )

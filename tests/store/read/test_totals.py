@@ -18,6 +18,7 @@ from adeye.spec.concept import Waiver
 from adeye.spec.load import shipped
 from adeye.store.read.totals import Total, gate_code, preventable_by, totals, without_unpreventable
 from adeye.store.records import ContentRecord, EventRecord
+from adeye.store.repository import Repository
 from tests.store.conftest import Store
 from tests.stored import read_yaml
 
@@ -394,7 +395,8 @@ def test_fault_that_does_nothing_is_said_beside_what_passes(
     def idle(declared: Any, _injected: Any) -> list[tuple[str, str]]:
         return [*declared, ("quiet", "acts on a sensor that nothing is linked to")]
 
-    monkeypatch.setattr("adeye.store.read.totals.idle_faults", idle)
+    monkeypatch.setattr("adeye.spec.fault.idle_faults", idle)
+    monkeypatch.setattr(Repository, "injected_faults", lambda *_: [((), None)])
     assert_gate(store, ExitCode.OK, "fault quiet acts on a sensor that nothing is linked to")
 
 
