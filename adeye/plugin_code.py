@@ -363,8 +363,10 @@ _BY_NAME: Final = {"__import__", "exec", "eval", "importlib", "imp", "runpy", "z
 """What a source uses that may import, or execute, what no statement of it names."""
 _COMPUTED: Final = re.compile(rf"\b({'|'.join(sorted(_BY_NAME - {'sys.path'}))})\b")
 """The same without what still leaves names to statements."""
-_BESIDE_ITSELF: Final = re.compile(r"__file__|\bopen\b|\bread|\bload|resources|\bPath\b")
-"""What a module that reads files has in its text: equal ones in two places may read others."""
+_BESIDE_ITSELF: Final = re.compile(
+    r"__(file|spec|loader|path|cached)__|\b(inspect|pkgutil|resources|_getframe)\b"
+)
+"""What a module asks where it lies: equal ones in two places may read other files there."""
 
 
 @lru_cache(maxsize=4096)

@@ -102,12 +102,6 @@ class Parts:
         parts = (*self.plugins, *self.metrics)
         return plugins.plugins_digest(parts, self.files) if parts or self.files else ""
 
-    @property
-    def paths(self) -> frozenset[Path]:
-        """Every file that identifies one of them."""
-        code = {Path(place) for part in (*self.plugins, *self.metrics) for place in part.places}
-        return frozenset(code | {file.path for file in self.files})
-
 
 def load_parts(loaded: Loaded[Architecture], metrics: tuple[Part, ...] = ()) -> Parts:
     """Load the plug-ins of an architecture, ask its channels for monitors, hash what they read.
@@ -686,48 +680,33 @@ class Unchanged:
 def sources(plan: CampaignPlan) -> Iterator[Source]:
     """List the plug-ins of a plan and the files that they read."""
     for name, parts in plan.parts.items():
-        user = f"architecture {name}"
-        for part in parts.plugins:
-            yield Source(part.name, user, plan.folders[name], part.source_digest)
-        for file in parts.files:
-            folder = plan.folders[name]
-            yield Source(file.name, user, folder, file.digest, folder / file.name)
-        for part in parts.metrics:
-            yield Source(part.name, "the ODD", plan.path.parent, part.source_digest)
+        yield from sources_of(parts, name, plan.folders[name], plan.path.parent)
     for name, loaded in plan.files.scenarios.items():
-        folder = loaded.path.parent
-        for driver in loaded.spec.drivers.values():
-            path = folder / driver.file
-            yield Source(driver.file, f"scenario {name}", folder, driver.digest, path)
+        yield from driver_sources(loaded.spec, name, loaded.path.parent)
+
+
+def sources_of(parts: Parts, name: str, folder: Path, odd_folder: Path) -> Iterator[Source]:
+    """List the plug-ins of an architecture and of its ODD, and the files that they read."""
+    user = f"architecture {name}"
+    for part in parts.plugins:
+        yield Source(part.name, user, folder, part.source_digest)
+    for file in parts.files:
+        yield Source(file.name, user, folder, file.digest, folder / file.name)
+    for part in parts.metrics:
+        yield Source(part.name, "the ODD", odd_folder, part.source_digest)
+
+
+def driver_sources(scenario: LogicalScenario, name: str, folder: Path) -> Iterator[Source]:
+    """List the FMUs that drive actors of a scenario."""
+    for driver in scenario.drivers.values():
+        path = folder / driver.file
+        yield Source(driver.file, f"scenario {name}", folder, driver.digest, path)
 
 
 def _signature(source: Source) -> _Signature:
     paths = source.paths()
     links = [] if source.path is None else [link for path in paths for link in _links(path)]
     return (*links, *_states(paths))
-
-
-class Unwritten:
-    """Tells whether files are written while something is executed that they make."""
-
-    def __init__(self, paths: Iterable[Path]) -> None:
-        """Take down how they are."""
-        self._paths = sorted(paths)
-        self._begun = _states(self._paths)
-
-    def check(self) -> None:
-        """Compare; nothing of what was executed may be kept otherwise.
-
-        Raises:
-            IntegrityError: One was written, be it with what was there before.
-        """
-        now = _states(self._paths)
-        if now != self._begun:
-            may_hold(Path(item[0]) for item in set(now) ^ set(self._begun))
-            raise IntegrityError(
-                f"what runs are executed with was written meanwhile{_written(self._begun, now)}. "
-                "Nothing of it is kept; ask again once it is as it is to stay"
-            )
 
 
 def _states(paths: Iterable[Path]) -> _Signature:

@@ -14,7 +14,14 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, BinaryIO, Final, TypeVar
 
-from adeye.campaign.parts import Unwritten, parts_now, use_plugin_metrics
+from adeye.campaign.parts import (
+    Source,
+    Unchanged,
+    driver_sources,
+    parts_now,
+    sources_of,
+    use_plugin_metrics,
+)
 from adeye.campaign.plan import folder_of_plugins, recreate
 from adeye.campaign.run import Progress, fitting
 from adeye.campaign.traces import kept_trace
@@ -448,7 +455,7 @@ def recalled_parts(repository: Repository, runs: Sequence[RunRef]) -> Iterator[l
         yield [recall(repository, run) for run in ordered[first : first + PART_RUNS]]
 
 
-def require_same_code(runs: Iterable[Recalled]) -> Unwritten:
+def require_same_code(runs: Iterable[Recalled]) -> Unchanged:
     """Refuse to execute anything beside runs with other plug-ins, programs, FMUs or files.
 
     That its own bits come again does not tell: code that changed may differ only where a run has
@@ -462,7 +469,7 @@ def require_same_code(runs: Iterable[Recalled]) -> Unwritten:
         IntegrityError: What executed one is not here.
     """
     looked: dict[tuple[str, ...], str] = {}
-    paths: set[Path] = set()
+    sources: dict[Source, None] = {}
     for item in runs:
         architecture, drivers = item.case.architecture, item.case.scenario.drivers
         name, then = architecture.architecture, str(item.stored.row["plugins_digest"])
@@ -475,7 +482,9 @@ def require_same_code(runs: Iterable[Recalled]) -> Unwritten:
                 looked[key] = ""
                 with suppress(SpecError):
                     parts = parts_now(architecture, folder, metrics)
-                    looked[key], paths = parts.digest, paths | parts.paths
+                    looked[key] = parts.digest
+                    found = sources_of(parts, name, folder, item.work.odd_folder)
+                    sources |= dict.fromkeys(found)
             is_same = looked[key] == then
         folder = item.work.folders.get(item.case.place_key, Path())
         if not is_same or not all(_is_there(driver, folder) for driver in drivers.values()):
@@ -484,8 +493,9 @@ def require_same_code(runs: Iterable[Recalled]) -> Unwritten:
                 "or a file that one reads, is no longer what it was. Run the campaign again with "
                 "what is here, and ask again"
             )
-        paths |= {folder / driver.file for driver in drivers.values()}
-    return Unwritten(paths)
+        found = driver_sources(item.case.scenario, item.run.scenario, folder)
+        sources |= dict.fromkeys(found)
+    return Unchanged(sources)
 
 
 def _is_there(driver: Driver, folder: Path) -> bool:

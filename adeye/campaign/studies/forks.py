@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from adeye.campaign import replay
-from adeye.campaign.parts import Unwritten
+from adeye.campaign.parts import Unchanged
 from adeye.campaign.replay import Recalled, Report
 from adeye.campaign.work import describe
 from adeye.errors import InputError, IntegrityError, UsageError
@@ -169,7 +169,7 @@ def _check(recalled: Recalled, override: AuthorityOverride) -> None:
 def _fork_together(
     repository: Repository,
     wanted: Sequence[tuple[Recalled, AuthorityOverride]],
-    code: Unwritten,
+    code: Unchanged,
 ) -> Iterator[Forked]:
     first, count = wanted[0][0], len(wanted)
     cases = [recalled.case for recalled, _ in wanted]

@@ -221,7 +221,7 @@ def _drive(
     contents = Contents()
     drivers: dict[tuple[str, str, float], Architecture] = {}
     wanted: dict[str, _Wanted] = {}
-    unwritten = require_same_code(recalled for recalled, _ in drives if recalled.case.fmus)
+    unchanged = require_same_code(recalled for recalled, _ in drives if recalled.case.fmus)
     for recalled, model in drives:
         case, work = recalled.case, recalled.work
         vehicle = case.architecture.vehicle
@@ -265,7 +265,7 @@ def _drive(
         for done in executor.run(batches):
             if done.result is None:
                 raise IntegrityError(done.lost)
-            unwritten.check()
+            unchanged.check()
             # Batch by batch: whoever interrupts and asks again goes on from there.
             _save(benchmarks, contents, done.task, done.result, counter)
     finally:

@@ -1,11 +1,12 @@
 """Nothing is executed beside a stored run with other code than executed the run."""
 
 import zipfile
+from hashlib import sha256
 from pathlib import Path
 
 import pytest
 
-from adeye.campaign.parts import Unwritten
+from adeye.campaign.parts import Source, Unchanged
 from adeye.campaign.studies.fault_timing import campaign_injections, run_timeline
 from adeye.campaign.studies.forks import fork_run
 from adeye.campaign.studies.preventability import prevent
@@ -45,10 +46,11 @@ def test_drives_and_forks_are_of_the_fmu_that_moves_the_vehicle(tmp_path: Path) 
 def test_what_is_written_while_something_is_executed_is_noticed(tmp_path: Path) -> None:
     code = tmp_path / "own.py"
     code.write_text(OWN)
-    unwritten = Unwritten([code])
-    unwritten.check()
+    digest = sha256(OWN.encode()).hexdigest()
+    unchanged = Unchanged([Source("own.py", "architecture own", tmp_path, digest, code)])
+    unchanged.check()
     code.write_text(OWN)  # what was there, for it may have been another one between
-    refused(IntegrityError, unwritten.check, says=r"was written meanwhile: .*own\.py")
+    refused(IntegrityError, unchanged.check, says=r"was changed after .*own\.py")
 
 
 @pytest.mark.slow
