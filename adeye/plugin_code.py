@@ -620,7 +620,8 @@ def _require_one(name: str, module: str, place: Path, other: Path | None) -> Non
     if other is not None:
         raise SpecError(
             f"{name}: {module} is {place} here, and {other} is or may be imported for it",
-            remedy=f"Give one of the two another name, or {_ANEW[0].lower()}{_ANEW[1:]}",
+            remedy="Give one of the two another name. A new process is enough if the other one was "
+            "loaded for another ODD.",
         )
 
 
