@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from adeye.exchange.view import Level
     from adeye.report.model.report import Report
     from adeye.store.records import CampaignInfo, VerdictRecord
+    from adeye.trace import Album
 
     Write = Callable[[Execution, Path], object]
     """Writes an executed run to a file, or into a folder."""
@@ -382,6 +383,7 @@ def handing_out(
     commonroad: Path | None = None,
     rosbag: Path | None = None,
     shown: BinaryIO | None = None,
+    album: Album | None = None,
 ) -> Callable[[Execution], None]:
     """Give what writes an executed run for others; what is missing for it is told before.
 
@@ -391,6 +393,7 @@ def handing_out(
         commonroad: Folder for a scenario of CommonRoad and its solution.
         rosbag: Folder for a bag of ROS 2, or file in .bag for one of ROS 1.
         shown: What a bag is made of: what a channel is shown, see ``replay_run``.
+        album: Images for MCAP, see ``replay_run``.
 
     Raises:
         InputError: An extra is not installed that one of them needs.
@@ -406,7 +409,7 @@ def handing_out(
         writers.append(act)
 
     if mcap is not None:
-        add(_mcap_writer(), mcap, replacing)
+        add(_mcap_writer({} if album is None else album), mcap, replacing)
     if osi is not None:
         add(_osi_writer(osi), osi, replacing_folder)
     if commonroad is not None:
@@ -469,11 +472,11 @@ def export_osi(
     return len(refs)
 
 
-def _mcap_writer() -> Write:
+def _mcap_writer(album: Album) -> Write:
     with needing("MCAP", "viz"):
         from adeye.exchange.mcap import write_mcap
 
-    return lambda done, file: write_mcap(RunView(done.trace), _account(done), file)
+    return lambda done, file: write_mcap(RunView(done.trace), _account(done), file, album)
 
 
 def _osi_writer(folder: Path) -> Write:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
@@ -81,6 +81,23 @@ DRAWN: Final = frozenset(
 """Columns for pictures of a run: the digest leaves them out, so that a campaign need not keep them.
 They have no entries (M, K, P = 0) where they were not asked for, and none of the candidates where
 no channel shows any."""
+
+
+class Picture(NamedTuple):
+    """An image of a physical camera, which no trace holds: it is taken while a run is executed.
+
+    Attributes:
+        time: When it was taken [s].
+        pixels: (rows, columns) number of the object that a pixel shows, -1 where it shows none and
+            -2 where noise looks like something; row 0 is at the top.
+    """
+
+    time: float
+    pixels: NDArray[np.int16]
+
+
+Album = dict[str, list[Picture]]
+"""Images by the camera that took them, in order of time."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,7 @@ from adeye.simulate import engine
 from adeye.store.records import CampaignInfo
 from adeye.store.repository import Repository
 from adeye.sweep.case import TestCase
-from adeye.trace import Trace
+from adeye.trace import Album, Trace
 from tests.store.rows import result_table_hash
 from tests.stored import known, read_yaml, stored, write_yaml
 
@@ -185,6 +185,6 @@ def count_rows(db: Path, table: str) -> int:
         return repository.info().rows[table]
 
 
-def run_cases(plan: CampaignPlan, cases: Sequence[TestCase]) -> Trace:
+def run_cases(plan: CampaignPlan, cases: Sequence[TestCase], album: Album | None = None) -> Trace:
     """Execute test cases of one structure in one batch."""
-    return engine.run(cases, base_dirs=plan.folders, drawn=True)
+    return engine.run(cases, base_dirs=plan.folders, drawn=True, album=album)

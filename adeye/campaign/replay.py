@@ -51,6 +51,7 @@ if TYPE_CHECKING:
     from adeye.spec.concept import Requirement
     from adeye.spec.scenario import Driver
     from adeye.store.records import CampaignInfo, RunRef, StoredRun
+    from adeye.trace import Album
 
 # --- Show a stored run, and run it again to compare every bit of its trace ------------------------
 
@@ -245,7 +246,9 @@ def _witness(dump: Dump | None, case: TestCase) -> Iterator[Witness | None]:
         yield Witness(channel, stream)
 
 
-def rerun(repository: Repository, run: RunRef, dump: Dump | None = None) -> Execution:
+def rerun(
+    repository: Repository, run: RunRef, dump: Dump | None = None, album: Album | None = None
+) -> Execution:
     """Execute a stored run again, alone.
 
     Args:
@@ -253,6 +256,7 @@ def rerun(repository: Repository, run: RunRef, dump: Dump | None = None) -> Exec
         run: A run that has a result.
         dump: Channel, or None for the default of the switch, and the file that gets what it is
             shown.
+        album: Gets the images that physical cameras take.
 
     Raises:
         InputError: It was planned, but not executed yet.
@@ -261,7 +265,7 @@ def rerun(repository: Repository, run: RunRef, dump: Dump | None = None) -> Exec
     recalled = recall(repository, run)
     case = recalled.case
     with _witness(dump, case) as witness:
-        trace = recalled.work.drive([case], drawn=True, witness=witness)
+        trace = recalled.work.drive([case], drawn=True, witness=witness, album=album)
     return _execution(recalled, trace)
 
 
@@ -372,6 +376,7 @@ def replay_run(
     run: str,
     dump: Dump | None = None,
     look: Callable[[Execution], None] | None = None,
+    album: Album | None = None,
 ) -> Replayed:
     """Execute a stored run again and compare trace digests.
 
@@ -384,10 +389,11 @@ def replay_run(
         dump: Channel, or None for the default of the switch, and the file that gets what it is
             shown, a line for each observation.
         look: Is shown the execution of the run.
+        album: Gets the images that physical cameras take.
     """
     with Repository.open(db, create=False) as repository:
         ref = repository.find_run(run)
-        done = rerun(repository, ref, dump)
+        done = rerun(repository, ref, dump, album)
         trace_digest = done.trace.digests()[0]
         cause = ""
         if trace_digest != done.stored.trace_digest:

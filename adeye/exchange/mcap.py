@@ -3,13 +3,15 @@
 Topics: ``/tf`` and ``/tf_static``; ``/road`` and what stands on it; ``/scene``, ego and actors;
 ``/sensor/ID/detections`` and ``/sensor/ID/points``; ``/channel/ID/tracks``, ``…/candidates`` and
 ``…/command``; ``/ego``, ``/object/ID`` and ``/switch`` for plots; ``/events`` and ``/metrics``. All
-but tracks is in ``map``. Images are in no trace, so there are none.
+but tracks is in ``map``. ``/sensor/ID/image`` is what a physical camera showed, with
+``/sensor/ID/calibration``.
 """
 
 from __future__ import annotations
 
 import json
 import math
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -20,11 +22,12 @@ from adeye.exchange.container import mcap_file
 from adeye.exchange.view import BASE, MAP, Account, RunView, nanoseconds, quaternion
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
+    from collections.abc import Callable, Container, Iterator, Mapping
     from pathlib import Path
 
     from adeye.exchange.container import McapFile
     from adeye.exchange.view import Remark
+    from adeye.trace import Album, Picture
 
     Say = Callable[[int], Any]
     """Gives the message of a row, or None where there is nothing new."""
@@ -35,6 +38,10 @@ _BLUE, _GREY, _DARK, _ORANGE = (
     *((0.35, 0.33, 0.3, 0.9), (0.95, 0.55, 0.1, 0.9)),
 )
 _GREEN, _WHITE, _FAINT = (0.1, 0.7, 0.35, 0.9), (0.95, 0.95, 0.95, 1.0), (0.6, 0.6, 0.6, 0.35)
+_NIGHT: Final = (0.05, 0.06, 0.08)
+"""Of an image where it shows nothing."""
+_SHADES: Final = (1.0, 0.8, 0.6)
+"""Of objects of one class, which an image could not tell apart."""
 _LINE: Final = 0.12
 """Width of painted lines and of trajectories [m]."""
 _TRACK_HEIGHT: Final = 0.1
@@ -54,18 +61,20 @@ _OBJECT_NAMES: Final = _EGO_NAMES[:5]
 _COMMAND: Final = ("acceleration_mps2", "steering_angle_rad")
 _WORDS: Final = frozenset({"status", "authority", "reason"})
 """Values that are words, not numbers."""
+_NO_IMAGES: Final[Album] = {}
 
 
-def write_mcap(view: RunView, account: Account, path: Path) -> None:
+def write_mcap(view: RunView, account: Account, path: Path, album: Album = _NO_IMAGES) -> None:
     """Write a run, always the same bytes.
 
     Args:
         view: The run.
         account: What is known of it beside its trace.
         path: Of the file.
+        album: Images of its cameras; no trace holds them.
     """
     with mcap_file(path) as file:
-        topics = [_topic(file, *item) for item in _topics(view)]
+        topics = [_topic(file, *item) for item in _topics(view, album)]
         events = _topic(file, "/events", fox.Log, lambda _: None)[0]
         metrics = _topic(file, "/metrics", sorted(account.metrics or {}), lambda _: None)[0]
         times = [nanoseconds(time) for time in view.time.tolist()]
@@ -105,9 +114,9 @@ def _bytes(message: Any) -> bytes:
     return json.dumps(kept).encode()
 
 
-def _topics(view: RunView) -> Iterator[tuple[str, Any, Say]]:
+def _topics(view: RunView, album: Album) -> Iterator[tuple[str, Any, Say]]:
     yield "/tf", fox.FrameTransforms, lambda row: _ego_frame(view, row)
-    yield "/tf_static", fox.FrameTransforms, _once(lambda: _sensor_frames(view))
+    yield "/tf_static", fox.FrameTransforms, _once(lambda: _sensor_frames(view, album))
     yield "/road", fox.SceneUpdate, _once(lambda: _road(view))
     yield "/scene", fox.SceneUpdate, lambda row: _scene(view, row)
     yield "/ego", _EGO_NAMES, _numbers(_EGO_NAMES, view.ego)
@@ -127,6 +136,7 @@ def _topics(view: RunView) -> Iterator[tuple[str, Any, Say]]:
             yield f"/{pose.frame}/points", fox.PointCloud, _points(view, points)
     for index, name in enumerate(view.trace.layout.channels):
         yield from _channel(view, index, name)
+    yield from _images(view, album)
     yield "/switch", ("authority", "reason", *_COMMAND), lambda row: _switch(view, row)
 
 
@@ -172,7 +182,7 @@ def _ego_frame(view: RunView, row: int) -> fox.FrameTransforms:
     return fox.FrameTransforms(transforms=[frame])
 
 
-def _sensor_frames(view: RunView) -> fox.FrameTransforms:
+def _sensor_frames(view: RunView, images: Container[str]) -> fox.FrameTransforms:
     return fox.FrameTransforms(
         transforms=[
             fox.FrameTransform(
@@ -183,6 +193,17 @@ def _sensor_frames(view: RunView) -> fox.FrameTransforms:
                 rotation=_turn(pose.yaw, pose.pitch),
             )
             for pose in view.sensors
+        ]
+        + [
+            fox.FrameTransform(
+                timestamp=_stamp(0.0),
+                parent_frame_id=pose.frame,
+                child_frame_id=_optical(pose.id),
+                translation=_vector(0.0, 0.0, 0.0),
+                rotation=fox.Quaternion(x=-0.5, y=0.5, z=-0.5, w=0.5),
+            )
+            for pose in view.sensors
+            if pose.id in images
         ]
     )
 
@@ -202,16 +223,19 @@ def _box(
     return fox.CubePrimitive(pose=pose, size=_vector(*size), color=_color(color))
 
 
+def _paint(view: RunView, index: int) -> tuple[float, float, float, float]:
+    """Return the colour of an object: free to go anywhere, other traffic, or standing."""
+    is_free = view.kind(index) in columns.OBJECT_CLASSES[columns.FIRST_FREE : columns.LAST_FREE + 1]
+    return (_ORANGE if is_free else _GREY) if index < view.actors else _DARK
+
+
 def _object(view: RunView, row: int, index: int) -> fox.SceneEntity:
-    kind = view.kind(index)
-    is_free = kind in columns.OBJECT_CLASSES[columns.FIRST_FREE : columns.LAST_FREE + 1]
-    color = (_ORANGE if is_free else _GREY) if index < view.actors else _DARK
     x, y, heading = view.objects[row, index, : columns.OBJECT_HEADING + 1].tolist()
     return _entity(
         float(view.time[row]),
         view.objects_of[index],
-        cubes=[_box(x, y, heading, view.size(index), color)],
-        metadata=[fox.KeyValuePair(key="class", value=kind)],
+        cubes=[_box(x, y, heading, view.size(index), _paint(view, index))],
+        metadata=[fox.KeyValuePair(key="class", value=view.kind(index))],
     )
 
 
@@ -285,6 +309,69 @@ def _points(view: RunView, points: Any) -> Say:
         return _cloud(float(view.time[row]), points[row][np.isfinite(points[row][:, 0])])
 
     return say
+
+
+def _images(view: RunView, album: Album) -> Iterator[tuple[str, Any, Say]]:
+    """Give what cameras showed, at the tick at which it was taken."""
+    palette = _palette(view)
+    for name, pictures in album.items():
+        topic, taken = f"/sensor/{name}", {nanoseconds(item.time): item for item in pictures}
+        yield (
+            f"{topic}/calibration",
+            fox.CameraCalibration,
+            _once(partial(_calibration, view, name)),
+        )
+        yield f"{topic}/image", fox.RawImage, partial(_image, view, name, taken, palette)
+
+
+def _palette(view: RunView) -> Any:
+    """Return colours (M + 2, 3) of pixels: each object's as in the scene, lighter or darker."""
+    shades = [
+        [_SHADES[index % len(_SHADES)] * part for part in _paint(view, index)[:3]]
+        for index in range(len(view.objects_of))
+    ]
+    # What is no object has a negative number: -2 and -1 are the last two.
+    return np.rint(255.0 * np.array([*shades, _WHITE[:3], _NIGHT])).astype(np.uint8)
+
+
+def _calibration(view: RunView, name: str) -> fox.CameraCalibration:
+    """Say how a camera depicts: as a pinhole, with the middle of the first pixel at 0, 0."""
+    spec: Any = view.trace.layout.architectures[view.run].sensors[name]
+    focal = 0.5 * spec.columns / math.tan(0.5 * spec.field_of_view)
+    across, down = 0.5 * (spec.columns - 1), 0.5 * (spec.rows - 1)
+    return fox.CameraCalibration(
+        timestamp=_stamp(0.0),
+        frame_id=_optical(name),
+        width=spec.columns,
+        height=spec.rows,
+        K=[focal, 0.0, across, 0.0, focal, down, 0.0, 0.0, 1.0],
+        R=[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
+        P=[focal, 0.0, across, 0.0, 0.0, focal, down, 0.0, 0.0, 0.0, 1.0, 0.0],
+    )
+
+
+def _optical(name: str) -> str:
+    """Name the frame of a camera that images are in: x to the right, y down, z ahead."""
+    return f"sensor/{name}/optical"
+
+
+def _image(
+    view: RunView, name: str, taken: Mapping[int, Picture], palette: Any, row: int
+) -> fox.RawImage | None:
+    picture = taken.get(nanoseconds(view.time[row]))
+    if picture is None:
+        return None
+    pixels = picture.pixels[:, ::-1] if view.mirrored else picture.pixels
+    rows, width = pixels.shape
+    return fox.RawImage(
+        timestamp=_stamp(picture.time),
+        frame_id=_optical(name),
+        width=width,
+        height=rows,
+        encoding="rgb8",
+        step=3 * width,
+        data=palette[pixels].tobytes(),
+    )
 
 
 def _is_same(one: Any, other: Any) -> bool:

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from adeye.simulate.channels.pace import Pace
     from adeye.simulate.channels.process.protocol import Witness
     from adeye.sweep.case import TestCase
+    from adeye.trace import Album
 
 DRIVER = "stepwise"
 DEFAULT_BACKEND = "batch"
@@ -78,6 +79,7 @@ def run(  # noqa: PLR0913 - all but the cases has a default
     on_tick: Callable[[int], None] | None = None,
     most_ticks: int | None = None,
     witness: Witness | None = None,
+    album: Album | None = None,
     pace: Pace | None = None,
 ) -> Trace:
     """Run a batch of test cases of one structure in closed loop.
@@ -93,6 +95,7 @@ def run(  # noqa: PLR0913 - all but the cases has a default
         on_tick: Called after each tick with the number of runs that have ended.
         most_ticks: Stop after so many ticks, however many runs go on; None to go to the end.
         witness: Who takes down what a channel is shown in the first run.
+        album: Gets the images that physical cameras take in the first run.
         pace: Keeps ticks from beginning before their time; the trace is the same with and without.
 
     Returns:
@@ -106,7 +109,7 @@ def run(  # noqa: PLR0913 - all but the cases has a default
     traffic.base_dir = base_dir
     traffic.scenario_dir = (base_dirs or {}).get(first.place_key, Path())
     context, scene = traffic.reset(cases)
-    rig = Rig(cases, context, base_dir)
+    rig = Rig(cases, context, base_dir, album=album)
     rack = ChannelRack(cases, context, base_dir, watch=Watch(drawn, witness, pace))
     faults = FaultPlan(cases, context)
     channels = tuple(first.architecture.channels)

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import jsonschema
 import numpy as np
+from jsonschema.validators import validator_for
 from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
 
@@ -27,6 +27,8 @@ def findings(path: Path) -> list[str]:
     parents: dict[str, str] = {}
     named: set[tuple[str, str]] = set()
     last: dict[str, int] = {}
+    rules: dict[int, Any] = {}
+    decoders = DecoderFactory()
     with path.open("rb") as stream:
         reader = make_reader(stream, validate_crcs=True)
         summary = reader.get_summary()
@@ -40,10 +42,10 @@ def findings(path: Path) -> list[str]:
             assert schema is not None
             if channel.message_encoding == "json":
                 content = json.loads(message.data, parse_constant=_refused)
-                rules = json.loads(schema.data) | {"additionalProperties": False}
-                jsonschema.validate(content, rules)
+                rules[schema.id] = rules.get(schema.id) or _rules(schema.data)
+                rules[schema.id].validate(content)
                 continue
-            decode = DecoderFactory().decoder_for(channel.message_encoding, schema)
+            decode = decoders.decoder_for(channel.message_encoding, schema)
             assert decode is not None
             decoded = decode(message.data)
             found += [f"{where}: {text}" for text in _wrong(decoded)]
@@ -92,6 +94,13 @@ def _messages(message: Any) -> Iterator[Any]:
                 yield from _messages(item)
 
 
+def _rules(schema: bytes) -> Any:
+    content = json.loads(schema) | {"additionalProperties": False}
+    kind = validator_for(content)
+    kind.check_schema(content)
+    return kind(content)
+
+
 def _wrong(message: Any) -> Iterator[str]:
     if message.FromString(message.SerializeToString()) != message:
         yield "is not itself when it is written again"
@@ -102,7 +111,7 @@ def _wrong(message: Any) -> Iterator[str]:
             for field in item.DESCRIPTOR.fields
             if field.cpp_type in {field.CPPTYPE_DOUBLE, field.CPPTYPE_FLOAT}
         }
-        if not all(math.isfinite(value) for value in numbers.values()):
+        if not all(np.isfinite(value).all() for value in numbers.values()):
             yield f"{name} {numbers} is not finite"
         if name == "Color" and not all(0.0 <= numbers[part] <= 1.0 for part in UNIT):
             yield f"colour {numbers}"
@@ -114,6 +123,10 @@ def _wrong(message: Any) -> Iterator[str]:
             yield f"line of {len(item.points)} points, {item.thickness} wide"
         if name == "PointCloud":
             yield from _wrong_cloud(item)
+        if name == "RawImage" and not (
+            3 * item.width == item.step and item.step * item.height == len(item.data) > 0
+        ):
+            yield f"image of {item.width} × {item.height} with {len(item.data)} bytes"
 
 
 def _wrong_cloud(cloud: Any) -> Iterator[str]:

@@ -20,7 +20,7 @@ def with_camera(trace: Trace, **changed: Any) -> Trace:
     """Return a trace whose camera is another sensor, or stands elsewhere."""
     content = trace.layout.architecture.model_dump(mode="json")
     content["sensors"]["camera"] |= changed
-    if changed.get("kind", "camera") != "camera":
+    if "kind" in changed:
         content["sensors"]["camera"] = changed
     architecture = Architecture.model_validate(content, context=SI)
     layout = replace(trace.layout, architecture=architecture, architectures=(architecture,))

@@ -1,5 +1,6 @@
 """MCAP for viewers: what another reader finds is what was recorded."""
 
+import itertools
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -9,14 +10,17 @@ import numpy as np
 import pytest
 from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
+from scipy.spatial.transform import Rotation
 
 from adeye.exchange.mcap import _stamp, write_mcap
 from adeye.exchange.view import Account, Remark, RunView
 from adeye.spec.sensors import Camera
-from adeye.trace import Trace
+from adeye.trace import Album, Picture, Trace
+from tests.conftest import MakeProject
 from tests.exchange.foxglove_rules import findings
 from tests.exchange.handed import in_left_hand_traffic, with_camera, with_kinds
 from tests.judge.conftest import HandMade
+from tests.project import CANDIDATE, odd_of, run_cases, use
 
 NEAR = 1e-6
 ACCOUNT = Account(
@@ -36,13 +40,14 @@ Found = dict[str, list[tuple[float, Any]]]
 def read(path: Path) -> Found:
     """Read a file with the container's own reader and the schemas that it carries."""
     found: Found = {}
+    decoders = DecoderFactory()
     with path.open("rb") as stream:
         for schema, channel, message in make_reader(stream).iter_messages():
             assert message.log_time == message.publish_time
             if channel.message_encoding == "json":
                 content = json.loads(message.data)
             else:
-                decode = DecoderFactory().decoder_for(channel.message_encoding, schema)
+                decode = decoders.decoder_for(channel.message_encoding, schema)
                 assert decode is not None
                 content = decode(message.data)
             found.setdefault(channel.topic, []).append((message.log_time / 1e9, content))
@@ -296,3 +301,100 @@ def test_rules_of_a_viewer_find_what_is_broken(
     monkeypatch.setattr(f"adeye.exchange.mcap.{name}", value)
     write_mcap(RunView(of_everything(made)), ACCOUNT, tmp_path / "run.mcap")
     assert any(text.startswith(says) for text in findings(tmp_path / "run.mcap"))
+
+
+PHYSICAL: dict[str, Any] = {
+    "kind": "camera",
+    "fidelity": "physical",
+    "mount": {"x": 0.9, "z": 1.3},
+    "field_of_view": 0.9,
+    "columns": 8,
+    "rows": 4,
+    "rate": 10.0,
+}
+
+
+def test_image_shows_objects_and_noise_where_they_are(made: HandMade, tmp_path: Path) -> None:
+    trace = with_kinds(with_camera(made.trace(), **PHYSICAL), 0, 9, actors=1)
+    pixels = np.full((4, 8), -1, dtype=np.int16)
+    pixels[1:3, 0], pixels[2, 1:3], pixels[0, 7] = 0, 1, -2
+    album = {"camera": [Picture(0.2, pixels), Picture(0.7, np.full_like(pixels, -1))]}
+    for item in (trace, in_left_hand_traffic(trace)):
+        write_mcap(RunView(item), ACCOUNT, tmp_path / "run.mcap", album)
+        assert findings(tmp_path / "run.mcap") == []
+        found = read(tmp_path / "run.mcap")
+        (time, image), (later, empty) = found["/sensor/camera/image"]
+        assert (time, later) == (0.2, 0.7)
+        assert (image.width, image.height, image.step, image.encoding) == (8, 4, 24, "rgb8")
+        seen = np.frombuffer(image.data, dtype=np.uint8).reshape(4, 8, 3)
+        shown = seen if item is trace else seen[:, ::-1]
+        night = np.frombuffer(empty.data, dtype=np.uint8)[:3]
+        assert (np.frombuffer(empty.data, dtype=np.uint8).reshape(-1, 3) == night).all()
+        for number in np.unique(pixels).tolist():
+            assert len(np.unique(shown[pixels == number], axis=0)) == 1
+        assert len(np.unique(shown.reshape(-1, 3), axis=0)) == 4
+        assert (shown[3, 7] == night).all()
+
+
+def test_trace_without_images_names_no_topic_for_them(made: HandMade, tmp_path: Path) -> None:
+    found = written(with_camera(made.trace(), **PHYSICAL), tmp_path)
+    assert not {topic for topic in found if "image" in topic or "calibration" in topic}
+
+
+def in_pixels(box: Any, frames: list[Any], camera: Any) -> Any:
+    """Return where a camera depicts the corners of a box in the map, (2, 8), column and row."""
+    place, yaw = box.pose.position, 2.0 * np.arcsin(box.pose.orientation.z)
+    corners = np.array(list(itertools.product((-0.5, 0.5), repeat=3)))
+    points = Rotation.from_rotvec([0.0, 0.0, yaw]).apply(
+        corners * [box.size.x, box.size.y, box.size.z]
+    )
+    points += [place.x, place.y, place.z]
+    for frame in frames:
+        turn, to = frame.rotation, frame.translation
+        turned = Rotation.from_quat([turn.x, turn.y, turn.z, turn.w])
+        points = turned.inv().apply(points - [to.x, to.y, to.z])
+    across, down, depth = np.reshape(camera.K, (3, 3)) @ points.T
+    assert (depth > 0.0).all()
+    return np.array([across, down]) / depth
+
+
+@pytest.mark.parametrize("rule", ["right", "left"])
+def test_image_shows_an_actor_where_frames_and_calibration_put_it(
+    make_project: MakeProject, tmp_path: Path, rule: str
+) -> None:
+    project = make_project(odd_of(use("cut_in", {"gap": ["30 m"]})))
+    with project.edited("scenarios_db/motorway/cut_in.yaml") as scenario:
+        scenario["world"]["road"]["traffic"] = rule
+    with project.edited(CANDIDATE) as candidate:
+        given = candidate["sensors"]["front_camera"]
+        mount = {"x": "0.9 m", "y": "0.3 m", "z": "1.3 m", "yaw": "3 deg", "pitch": "2 deg"}
+        given |= {"fidelity": "physical", "columns": 320, "rows": 120, "mount": mount}
+        for name in ("range", "distance_noise", "bearing_noise", "night_range"):
+            del given[name]
+    plan = project.plan()
+    album: Album = {}
+    trace = run_cases(plan, plan.cases, album)
+    assert trace.digests() == run_cases(plan, plan.cases).digests()
+    write_mcap(RunView(trace), ACCOUNT, tmp_path / "run.mcap", album)
+    assert findings(tmp_path / "run.mcap") == []
+    found = read(tmp_path / "run.mcap")
+    ((_, camera),) = found["/sensor/front_camera/calibration"]
+    still = {item.child_frame_id: item for item in found["/tf_static"][0][1].transforms}
+    mounted = [still["sensor/front_camera"], still[camera.frame_id]]
+    bases = {round(time, 6): message.transforms[0] for time, message in found["/tf"]}
+    scenes = {round(time, 6): message.entities for time, message in found["/scene"]}
+    looked = 0
+    for time, image in found["/sensor/front_camera/image"]:
+        at = round(time, 6)
+        (box,) = next(item.cubes for item in scenes[at] if item.id == "cutter")
+        columns, rows = in_pixels(box, [bases[at], *mounted], camera)
+        pixels = np.frombuffer(image.data, dtype=np.uint8).reshape(image.height, image.width, 3)
+        # There is nothing else, and by day no noise: what is not as the first pixel is the cutter.
+        down, across = np.nonzero((pixels != pixels[0, 0]).any(axis=2))
+        if columns.min() > 0.0 and columns.max() < image.width - 1.0:
+            assert [across.min(), across.max()] == pytest.approx(
+                [columns.min(), columns.max()], abs=1.5
+            )
+            assert [down.min(), down.max()] == pytest.approx([rows.min(), rows.max()], abs=1.5)
+            looked += 1
+    assert looked > 50

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from adeye.campaign.replay import Dump, Execution, Replayed
+    from adeye.trace import Album
 
 _SECTIONS: Final = ("parameters", "swept_paths", "metrics", "verdicts", "events")
 _COMMAND: Final = "command"
@@ -213,12 +214,14 @@ def replay(
         for item in looks:
             item(done)
 
+    album: Album | None = None
     with _opened(shown) as taken:
         if any(path is not None for path in handed.values()):
             from adeye.reporting import handing_out
 
-            looks.append(handing_out(**handed, shown=taken))
-        again = replay_run(db, called, shown, look if looks else None)
+            album = {} if mcap is not None else None
+            looks.append(handing_out(**handed, shown=taken, album=album))
+        again = replay_run(db, called, shown, look if looks else None, album)
     emit_found("replay", again, _print, json=json)
     written = None
     if html is not None:

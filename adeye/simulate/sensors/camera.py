@@ -28,6 +28,7 @@ from adeye.simulate.sensors.imaging import Image
 from adeye.simulate.sensors.sampling import Found, Sampling, Stream, Truth
 from adeye.simulate.world.objects import DEFAULT_SIZES
 from adeye.simulate.world.weather import light_extinction
+from adeye.trace import Picture
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -314,6 +315,7 @@ class PhysicalCameraSensor(Sampling):
         columns, rows = specs[0].columns, specs[0].rows
         self._image = imaging.empty_image(columns, rows, objects)
         self._room = objects + SPARE
+        self._album: list[Picture] | None = None
         self._memory = Memory(
             self._image,
             np.zeros((columns * rows, RUN_WIDTH), dtype=np.int64),
@@ -335,6 +337,10 @@ class PhysicalCameraSensor(Sampling):
         laid = np.concatenate((self._own_patches, *patches), axis=1)
         _fill_misses(self._parameters, laid)
         self._patches = laid
+
+    def keep(self, album: list[Picture]) -> None:
+        """Put each image of the first run into an album from now on; no sample changes."""
+        self._album = album
 
     def frame(self, scene: Scene, run: int = 0) -> Frame:
         """Take a picture as the next sample would; nothing of the sensor changes.
@@ -368,6 +374,11 @@ class PhysicalCameraSensor(Sampling):
         return frame
 
     def _sample(self, scene: Scene) -> Measurement:
+        if self._album is not None and scene.running[0]:
+            frame = self.frame(scene)
+            seen = np.where(frame.objects == raster.NOTHING, raster.GHOST, frame.objects)
+            pixels = np.where(frame.visible, seen, raster.NOTHING).astype(np.int16)
+            self._album.append(Picture(scene.time, pixels))
         sample = sample_at(scene.time, self._context.scene.runs, self._room)
         truth, found = self._truth(scene), Found.of(sample)
         _sample_batch(self._parameters, self._patches, truth, self._memory, found)

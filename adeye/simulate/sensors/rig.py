@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from adeye.signals import Floats, Scene, SceneContext
     from adeye.spec.sensors import Sensor
     from adeye.sweep.case import TestCase
+    from adeye.trace import Album
 
 BUILT_IN: Final[dict[str, Callable[[SensorContext], SensorModel]]] = {
     "camera": RangingSensor,
@@ -89,6 +90,7 @@ class Rig:
         base_dir: Path,
         *,
         only: Collection[str] | None = None,
+        album: Album | None = None,
     ) -> None:
         """Build the sensors of a batch.
 
@@ -97,6 +99,7 @@ class Rig:
             scene: What does not change during the runs.
             base_dir: Folder of the file that names plug-ins and FMUs.
             only: Which of them to build; None for all.
+            album: Gets the images of the first run.
         """
         self._sensors: dict[str, SensorModel] = {}
         for name, first in cases[0].architecture.sensors.items():
@@ -127,6 +130,10 @@ class Rig:
                 self._sensors[name] = _Guest(
                     load_part(first.kind, base_dir, is_sealed=True), context
                 )
+
+        for name, sensor in self._sensors.items():
+            if album is not None and isinstance(sensor, PhysicalCameraSensor):
+                sensor.keep(album.setdefault(name, []))
 
     def cover(self, name: str, patches: Sequence[Floats]) -> None:
         """Lay patches on the image of a physical camera, in place of those laid on before.

@@ -7,6 +7,7 @@ from unittest.mock import ANY, Mock, call
 
 import numpy as np
 import pytest
+from mcap.reader import make_reader
 
 import adeye.answers
 import adeye.campaign.replay
@@ -14,8 +15,9 @@ import adeye.reporting
 from adeye import reporting
 from adeye.campaign.replay import Replayed
 from adeye.errors import InputError
+from tests.conftest import MakeProject
 from tests.judge.conftest import HandMade
-from tests.project import Executed
+from tests.project import CANDIDATE, Executed, odd_of
 
 DESCRIPTION: dict[str, Any] = {
     "run": "ab" * 32,
@@ -156,7 +158,7 @@ def test_replay_page_is_written_also_if_it_differs(adeye: Any, results: Mock) ->
 def test_replay_saves_what_a_channel_was_shown(adeye: Any, results: Mock) -> None:
     ended = adeye("replay", "abab", "--channel", "nominal", "--dump", "s.jsonl").ok
     asked = ("nominal", Path("s.jsonl"))
-    assert results.mock_calls == [call.replay_run(None, "abab", asked, None)]
+    assert results.mock_calls == [call.replay_run(None, "abab", asked, None, None)]
     assert "wrote s.jsonl" in ended.err
 
 
@@ -169,7 +171,7 @@ def test_channel_and_dump_belong_together(adeye: Any, results: Mock) -> None:
 def test_grid_map_is_saved(adeye: Any, results: Mock, tmp_path: Path) -> None:
     path = tmp_path / "grid.npz"
     ended = adeye("replay", "abab", "--grid", "0.5 s", "--dump", str(path)).ok
-    assert results.mock_calls == [call.replay_run(None, "abab", None, ANY)]
+    assert results.mock_calls == [call.replay_run(None, "abab", None, ANY, None)]
     assert f"wrote {path}" in ended.err
     saved = np.load(path)
     assert (float(saved["time"]), str(saved["view"])) == (0.5, "truth")
@@ -199,7 +201,7 @@ def test_run_is_handed_to_the_viewers_that_are_asked_for(
     asked = {"mcap": "r.mcap", "osi": "o", "commonroad": "c"}
     options = [word for name, path in asked.items() for word in (f"--{name}", path)]
     ended = adeye("replay", "abab", *options).ok
-    more = {"rosbag": None, "shown": None}
+    more = {"rosbag": None, "shown": None, "album": {}}
     wanted = {name: Path(path) for name, path in asked.items()}
     handing_out.assert_called_once_with(**wanted, **more)
     ((done,), _) = hand_out.call_args
@@ -216,7 +218,7 @@ def test_bag_is_made_of_what_a_channel_is_shown(
     monkeypatch.setattr(reporting, "handing_out", handing_out)
     more = () if channel is None else ("--channel", channel)
     assert "wrote run.bag" in adeye("replay", "abab", "--rosbag", "run.bag", *more).ok.err
-    ((_, _, (asked, taken), _), _) = results.replay_run.call_args
+    ((_, _, (asked, taken), *_), _) = results.replay_run.call_args
     assert asked == channel
     assert handing_out.call_args.kwargs["shown"] is taken
     assert handing_out.call_args.kwargs["rosbag"] == Path("run.bag")
@@ -251,3 +253,25 @@ def test_database_is_not_written_over(adeye: Any, mini: Executed, flag: str) -> 
     said = adeye("replay", "abab", "--db", str(mini.db), flag, str(mini.db)).refused
     assert "belongs to the database" in said
     assert mini.db.read_bytes() == before
+
+
+@pytest.mark.slow
+def test_what_a_camera_showed_is_in_the_file_for_viewers(
+    adeye: Any, make_project: MakeProject, tmp_path: Path
+) -> None:
+    project = make_project(odd_of("cut_in"))
+    with project.edited(CANDIDATE) as candidate:
+        given = candidate["sensors"]["front_camera"] | {"fidelity": "physical", "columns": 80}
+        plan_view = ("range", "distance_noise", "bearing_noise", "night_range")
+        candidate["sensors"]["front_camera"] = {
+            key: value for key, value in given.items() if key not in plan_view
+        }
+    project.run()
+    place = tmp_path / "run.mcap"
+    run = project.rows()[0]["run"]
+    assert adeye("replay", str(run), "--db", str(project.db), "--mcap", str(place)).ok
+    with place.open("rb") as stream:
+        topics = [channel.topic for _, channel, _ in make_reader(stream).iter_messages()]
+    assert topics.count("/sensor/front_camera/image") > 100
+    assert topics.count("/sensor/front_camera/calibration") == 1
+    assert "/sensor/front_radar/image" not in topics
