@@ -681,7 +681,12 @@ class _Campaign:
         if stored.to_judge:
             # What is gone would be judged anew from what is kept, and look as if it had been.
             refuse("the database", repository.unsound(stored.campaign))
-        if stored.is_new or stored.to_execute or stored.to_judge:
+        known = repository.evidence.sessions(stored.campaign)
+        # Who executes nothing, but asks from a copy of the project, is another one, too.
+        is_elsewhere = all(
+            item.provenance.get("odd_place") != record.provenance["odd_place"] for item in known
+        )
+        if stored.is_new or stored.to_execute or stored.to_judge or is_elsewhere:
             repository.evidence.add_session(stored.campaign, record.provenance)
         repository.queue.requeue_quarantined(stored.campaign)
         chosen = self._session.choice.ordinals(repository.queue, stored, size, plan.tags)

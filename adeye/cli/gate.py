@@ -247,7 +247,8 @@ def _print_stale(found: Staleness, odd: Path, db: str | None) -> None:
         (found.to_execute, "to execute", f"adeye run {name}"),
     ]
     there = amount(found.there, "is", "are")
-    out.emit(f"\nThe files ask for {amount(found.planned, 'verdict')}; {there} there.")
+    out.emit("")
+    out.emit_line(f"{odd} asks for {amount(found.planned, 'verdict')}; {there} there.")
     for count, what, command in needs:
         if count:
             out.emit_line(f"{amount(count, 'run')} {what}: {command}")

@@ -398,15 +398,29 @@ def odd_asked_about(
                 f"the campaign was planned from {found}, and worked on from {other}",
                 remedy="Name the file of the ODD that you mean.",
             )
-    named = Path(str(provenance.get("odd_path", "")))
-    above = (folder / named for folder in (now, *now.parents))
-    here = next((path for path in above if _is(Path.is_file, path)), None)
+    here = _likely(Path(str(provenance.get("odd_place", "")) or found), now)
     if here is not None and _is(Path.is_file, found) and not here.samefile(found):
         raise SpecError(
             f"the campaign was planned from {found}, and here is another, {os.path.relpath(here)}",
             remedy="Name the file of the ODD that you mean.",
         )
     return found
+
+
+def _likely(place: Path, now: Path) -> Path | None:
+    """Find the file that somebody who stands in a folder takes for one at another place.
+
+    It lies in the folder or above as that does in its own, however it was named. What only has its
+    name is in the folder itself: above it anything might have.
+    """
+    ends = [Path(*place.parts[start:]) for start in range(1, len(place.parts))]
+    tried = (
+        folder / end
+        for folder in (now, *now.parents)
+        for end in ends
+        if folder == now or len(end.parts) > 1
+    )
+    return next((path for path in tried if _is(Path.is_file, path)), None)
 
 
 def find_odd(path: str, near: Path | None = None, place: str = "") -> Path:

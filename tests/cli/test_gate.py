@@ -386,3 +386,30 @@ def test_nothing_is_stale_after_a_run(adeye: Any, mini: Executed) -> None:
 
 def test_odd_without_campaign_is_an_input_error(adeye: Any, mini: Executed, tmp_path: Path) -> None:
     assert adeye("stale", str(mini.project.odd), "--db", str(tmp_path / "no.db")).refused
+
+
+@pytest.mark.parametrize("named", ["odd/tested.yaml", "tested.yaml", ""])
+def test_copy_that_asked_for_what_was_there_is_not_taken_for_the_first(
+    adeye: Any, mini: Executed, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, named: str
+) -> None:
+    """Named from the project, from its folder ``odd``, or by an absolute path."""
+    db, copy = str(tmp_path / "two.db"), tmp_path / "copy"
+    shutil.copy(mini.db, db)
+    shutil.copytree(mini.project.folder / "odd", copy / "odd")
+    shutil.copytree(mini.project.folder / "scenarios_db", copy / "scenarios_db")
+    monkeypatch.chdir(copy if named.startswith("odd") else copy / "odd")
+    ended = adeye("run", named or str(copy / "odd/tested.yaml"), "--db", db, "--quiet")
+    assert ended.code in {0, 1}
+    with Repository.open(Path(db), create=False) as repository:
+        campaign = repository.latest_campaign("mini")
+        assert campaign is not None
+        assert len(repository.evidence.sessions(campaign.id)) == 2
+    for folder in (copy, copy / "odd", tmp_path):
+        monkeypatch.chdir(folder)
+        said = adeye("stale", "--exit-code", "--db", db).refused
+        assert "Name the file of the ODD that you mean" in said
+    assert adeye("stale", str(copy / "odd/tested.yaml"), "--exit-code", "--db", db).ok
+    done = adeye("run", str(copy / "odd/tested.yaml"), "--db", db, "--quiet")
+    assert "Executed nothing, all 28 results were there." in done.out
+    with Repository.open(Path(db), create=False) as repository:
+        assert len(repository.evidence.sessions(campaign.id)) == 2

@@ -343,6 +343,15 @@ def test_odd_of_a_campaign_is_not_that_of_a_copy_beside(
     for folder, here in ((tmp_path / "two", "odd/d.yaml"), (tmp_path / "two" / "odd", "d.yaml")):
         monkeypatch.chdir(folder)
         refused(SpecError, odd_asked_about, told, says=f"here is another, {here}")
+    # However the file was named: by its absolute path, or from its folder.
+    (tmp_path / "two" / "odd" / "maps").mkdir()
+    for path in (str(planned), "d.yaml"):
+        for place in ("", "odd", "odd/maps"):
+            monkeypatch.chdir(tmp_path / "two" / place)
+            named = told | {"odd_path": path}
+            refused(SpecError, odd_asked_about, named, says="here is another")
+        monkeypatch.chdir(tmp_path / "one" / "odd")
+        assert odd_asked_about(named).samefile(planned)
     # By whatever path: somebody else worked on it from another copy.
     for path in ("odd/d.yaml", str(tmp_path / "two" / "odd" / "d.yaml")):
         later = {"odd_path": path, "odd_place": str(tmp_path / "two" / "odd" / "d.yaml")}

@@ -10,7 +10,8 @@
 - A FAIL that the gate sets aside is green; the suite's output lists it with the reason.
 - One test case for each way in which a channel of the architecture failed: an error where the gate
   refuses it.
-- One suite ``campaign``: every planned test case accounted for; the exit code.
+- One suite ``campaign``: every planned test case accounted for; the exit code. One suite ``gate``
+  where a baseline was compared with.
 - FSRs that are not mandatory and architectures outside the gate decide nothing. They are no test
   cases, neither red nor green: the output and the properties of their suites list them.
 """

@@ -11,9 +11,16 @@ from adeye.report.formats.junit import render_junit
 from adeye.report.model.report import Cell, Report
 from adeye.store.read.totals import ChannelFailure
 from tests.report.fake import build_report
+from tests.report.parts import impact
 from tests.stored import known
 
 SCHEMA = etree.XMLSchema(etree.parse(Path(__file__).with_name("JUnit.xsd")))
+
+
+@pytest.fixture
+def report(report: Report) -> Report:
+    """Return a report that compares with no baseline."""
+    return report.model_copy(update={"impact": None})
 
 
 def parse(report: Report) -> Any:
@@ -215,3 +222,18 @@ def test_channel_that_failed_is_a_case_of_its_architecture(
     assert case == (("error" if refused else "passed") if is_gate else None)
     suite = document.xpath(f"testsuite[@name='{architecture}']")[0]
     assert f"nominal in 2 runs of {architecture} ({detail})" in suite.findtext("system-out")
+
+
+@pytest.mark.parametrize("code", [ExitCode.OK, ExitCode.FAILED, ExitCode.INCOMPLETE])
+def test_baseline_that_the_report_compares_with_is_red_as_the_gate_is(
+    report: Report, code: ExitCode
+) -> None:
+    found = impact(exit_code=code, message="what the gate says")
+    document = parse(report.model_copy(update={"impact": found}))
+    kinds = {ExitCode.OK: "passed", ExitCode.FAILED: "failure", ExitCode.INCOMPLETE: "error"}
+    told = results(document)
+    assert told.pop(("gate", "exit_code")) == kinds[code]
+    assert set(told.values()) == {"passed"}
+    suite = document.xpath("testsuite[@name='gate']")[0]
+    assert all(change.text in suite.findtext("system-out") for change in found.changes)
+    assert found.changes
