@@ -27,7 +27,7 @@ from typing import Any, Final
 from adeye.errors import SourceLocation, SpecError
 from adeye.identity import file_digest
 from adeye.outputs import reads
-from adeye.supervision import FILES, is_installed
+from adeye.supervision import FILES, is_installed, packed_in
 
 File = tuple[str, Path]
 """A file with the label that it is hashed with, which does not hang on where it lies."""
@@ -407,7 +407,7 @@ def _own(name: str) -> list[File] | None:
     places = folders or ([Path(str(spec.origin))] if is_file else [])
     if not places or any(map(is_installed, places)):
         return None
-    archives = [_archive(place) for place in places if not place.exists()]
+    archives = [packed_in(place) for place in places if not place.exists()]
     if archives or not folders:
         return [(path.name, path) for path in (archives or places)]
     endings = tuple(all_suffixes())
@@ -416,11 +416,6 @@ def _own(name: str) -> list[File] | None:
         for label, path in package_files(folders)
         if label.endswith(endings)
     ]
-
-
-def _archive(path: Path) -> Path:
-    """Return the file that a module is packed into."""
-    return next((file for file in path.parents if file.is_file()), path)
 
 
 @cache
@@ -695,10 +690,11 @@ def _in_memory(package: str) -> Iterator[tuple[str, ModuleType]]:
 
 
 def _require_current(name: str, key: str, module: ModuleType, since: float | None) -> None:
-    path = Path(str(module.__file__))
+    path = packed_in(Path(str(module.__file__)))
     content = path.read_bytes()
     # What it names it may have read when it was imported.
-    files = [path, *(file for _, file in _read_by([(path.name, path)]))]
+    read = _read_by([(path.name, path)]) if path.suffix == ".py" else ()
+    files = [path, *(file for _, file in read)]
     digest = files_digest((file.name, file) for file in files)
     known = _EXECUTED.get(key)
     written = max(max(file.stat().st_mtime, file.stat().st_ctime) for file in files)

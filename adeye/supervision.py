@@ -579,13 +579,20 @@ def require_identified(name: str, modules: Iterable[str]) -> None:
     """
     for module in tuple(modules):
         file = getattr(sys.modules.get(module), "__file__", None)
-        place = "" if file is None else os.path.realpath(file)
+        place = "" if file is None else os.path.realpath(packed_in(Path(file)))
         if not place or place in _identified or place.startswith(_OWN) or is_installed(Path(place)):
             continue
         raise PluginError(
             f"{name} imports {module}, which is in no identity: import it in its source, by a "
             f"statement such as import {module.partition('.')[0]}"
         )
+
+
+def packed_in(path: Path) -> Path:
+    """Return the archive that a module is packed into; its own file if it is in none."""
+    if path.is_file():
+        return path
+    return next((file for file in path.parents if file.is_file()), path)
 
 
 def is_installed(path: Path) -> bool:

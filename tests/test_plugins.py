@@ -820,3 +820,29 @@ def test_file_that_is_too_large_is_refused(folder: Path, monkeypatch: pytest.Mon
     assert read_file("channels.mine", "small.bin", folder).digest
     with pytest.raises(SpecError, match=r"'large\.bin' has .* GiB, more than"):
         read_file("channels.mine", "large.bin", folder)
+
+
+@pytest.mark.parametrize("place", ["beside", ".."])
+def test_module_out_of_an_archive_counts_as_the_archive(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, place: str
+) -> None:
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    monkeypatch.delitem(sys.modules, "packed_lately", raising=False)
+    packed = folder / place / "packed.zip"
+    packed.parent.mkdir(exist_ok=True)
+
+    def pack(gain: int) -> None:
+        with zipfile.ZipFile(packed, "w") as file:
+            file.writestr("packed_lately.py", f"gain = {gain}")
+
+    pack(1)
+    (folder / "unpacks.py").write_text(
+        f"import os, sys\nhere = os.path.dirname(__file__)\n"
+        f"sys.path.insert(0, os.path.join(here, '{place}', 'packed.zip'))\n"
+        "from packed_lately import gain\nclass Mine:\n    pass\n"
+    )
+    part = load_part("./unpacks.py:Mine", folder)
+    assert registry.source_digest("./unpacks.py:Mine", folder) == part.source_digest
+    pack(2)
+    assert registry.source_digest("./unpacks.py:Mine", folder) != part.source_digest
+    refused(SpecError, load_part, "./unpacks.py:Mine", folder, says="before it was written")
