@@ -822,24 +822,23 @@ def test_file_that_is_too_large_is_refused(folder: Path, monkeypatch: pytest.Mon
         read_file("channels.mine", "large.bin", folder)
 
 
-@pytest.mark.parametrize("place", ["beside", ".."])
+@pytest.mark.parametrize(("place", "name"), [("beside", "packed_near"), ("..", "packed_above")])
 def test_module_out_of_an_archive_counts_as_the_archive(
-    folder: Path, monkeypatch: pytest.MonkeyPatch, place: str
+    folder: Path, monkeypatch: pytest.MonkeyPatch, place: str, name: str
 ) -> None:
     monkeypatch.setattr(sys, "path", [*sys.path])
-    monkeypatch.delitem(sys.modules, "packed_lately", raising=False)
     packed = folder / place / "packed.zip"
     packed.parent.mkdir(exist_ok=True)
 
     def pack(gain: int) -> None:
         with zipfile.ZipFile(packed, "w") as file:
-            file.writestr("packed_lately.py", f"gain = {gain}")
+            file.writestr(f"{name}.py", f"gain = {gain}")
 
     pack(1)
     (folder / "unpacks.py").write_text(
         f"import os, sys\nhere = os.path.dirname(__file__)\n"
         f"sys.path.insert(0, os.path.join(here, '{place}', 'packed.zip'))\n"
-        "from packed_lately import gain\nclass Mine:\n    pass\n"
+        f"from {name} import gain\nclass Mine:\n    pass\n"
     )
     part = load_part("./unpacks.py:Mine", folder)
     assert registry.source_digest("./unpacks.py:Mine", folder) == part.source_digest
