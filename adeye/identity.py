@@ -10,10 +10,12 @@ import hashlib
 import json
 import math
 import unicodedata
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, is_dataclass
+from functools import partial, singledispatch
 from pathlib import Path
-from typing import Any
+from types import CodeType, FunctionType, ModuleType, SimpleNamespace
+from typing import Any, Final
 
 
 def canonical_json(value: Any) -> bytes:
@@ -205,3 +207,98 @@ def _object(value: Mapping[Any, Any]) -> dict[str, Any]:
             raise ValueError(f"key {key!r} is {'not text' if name is None else 'twice there'}")
         plain[name] = _plain(item)
     return plain
+
+
+# --- What the variables of a module hold ----------------------------------------------------------
+
+_PLAIN: Final = (type(None), bool, int, float, complex, str, bytes)
+_DEEPEST: Final = 8
+"""How far lists in lists and attributes of attributes are followed."""
+
+
+def variables_of(namespace: Mapping[str, Any], *, is_deep: bool) -> dict[str, str]:
+    """Say what variables hold, as text that is equal where that is.
+
+    Of functions and classes of the module it is their code and attributes, of others the name; of
+    objects that are plain records, or of a class of the module, their attributes, else the type.
+
+    Args:
+        namespace: Of a module.
+        is_deep: Whether all are told; else only numbers, texts and tuples of them.
+
+    >>> variables_of({"a": 1, "b": [1]}, is_deep=False)
+    {'a': '1'}
+    """
+    return {
+        name: told
+        for name, value in namespace.items()
+        if not (name.startswith("__") and name.endswith("__")) and not isinstance(value, ModuleType)
+        if (told := _told(value, namespace.get("__name__")) if is_deep or _is_plain(value) else "")
+    }
+
+
+def _is_plain(value: Any) -> bool:
+    return type(value) in _PLAIN or (type(value) is tuple and all(map(_is_plain, value)))
+
+
+def _told(value: Any, home: str | None, above: tuple[int, ...] = ()) -> str:
+    if type(value) in _PLAIN:
+        return repr(value)
+    if id(value) in above or len(above) > _DEEPEST:
+        return "…"
+    tell = partial(_told, home=home, above=(*above, id(value)))
+    is_record = isinstance(value, SimpleNamespace) or is_dataclass(value)
+    if isinstance(value, type | FunctionType):
+        is_own = value.__module__ == home
+        inside = [value.__module__, value.__qualname__, *(_parts(value, tell) if is_own else ())]
+    elif is_record or type(value).__module__ == home:
+        inside = [tell(_attributes(value))]
+    else:
+        inside = _parts(value, tell)
+    return f"{type(value).__qualname__}({', '.join(inside)})"
+
+
+@singledispatch
+def _parts(value: Any, tell: Callable[[Any], str]) -> list[str]:
+    """Say what a value consists of, each part as text."""
+    if type(value).__module__ == "numpy" and hasattr(value, "tobytes"):
+        return [str(value.dtype), str(value.shape), digest_bytes(value.tobytes())]
+    # A function that is compiled.
+    return [tell(value.py_func)] if hasattr(value, "py_func") else []
+
+
+@_parts.register
+def _(value: Mapping, tell: Callable[[Any], str]) -> list[str]:  # type: ignore[type-arg]
+    return sorted(f"{tell(key)}: {tell(item)}" for key, item in value.items())
+
+
+@_parts.register
+def _(value: set | frozenset, tell: Callable[[Any], str]) -> list[str]:  # type: ignore[type-arg]
+    return sorted(map(tell, value))
+
+
+@_parts.register
+def _(value: list | tuple, tell: Callable[[Any], str]) -> list[str]:  # type: ignore[type-arg]
+    return list(map(tell, value))
+
+
+@_parts.register
+def _(value: CodeType, tell: Callable[[Any], str]) -> list[str]:
+    return [value.co_code.hex(), *map(tell, value.co_consts), *value.co_names]
+
+
+@_parts.register
+def _(value: FunctionType, tell: Callable[[Any], str]) -> list[str]:
+    cells = [cell.cell_contents for cell in value.__closure__ or ()]
+    parts = (value.__code__, value.__defaults__, value.__kwdefaults__, cells, vars(value))
+    return list(map(tell, parts))
+
+
+@_parts.register
+def _(value: type, tell: Callable[[Any], str]) -> list[str]:
+    return [tell(_attributes(value))]
+
+
+def _attributes(value: Any) -> dict[str, Any]:
+    own = getattr(value, "__dict__", {})
+    return {name: item for name, item in own.items() if not name.startswith("__")}

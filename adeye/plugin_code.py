@@ -25,9 +25,9 @@ from types import ModuleType
 from typing import Any, Final
 
 from adeye.errors import SourceLocation, SpecError
-from adeye.identity import file_digest
+from adeye.identity import file_digest, variables_of
 from adeye.outputs import reads
-from adeye.supervision import FILES, is_installed, packed_in
+from adeye.supervision import FILES, guest, is_installed, packed_in
 
 File = tuple[str, Path]
 """A file with the label that it is hashed with, which does not hang on where it lies."""
@@ -44,6 +44,11 @@ _BESIDE: Final[dict[str, tuple[str, str]]] = {}
 """Where each module lies that a part imports by name, and its hash."""
 _HANDED: Final[dict[str, tuple[dict[str, str], dict[str, frozenset[str]]]]] = {}
 """By module: who reads which data, and what the sealed parts that share it are hashed by."""
+_SHARED: Final[dict[tuple[str, str], set[str]]] = {}
+"""Which parts were loaded from a module of the user's, by name and hash of its file."""
+_AS_WRITTEN: Final[dict[tuple[str, str], dict[str, str]]] = {}
+"""The variables of such a module as its source alone makes them."""
+_ANYTHING: Final = "?"
 NAMES: Final = ">"
 """Between a source and a file that it names, in the label of that."""
 _HERE: Final = "./"
@@ -609,6 +614,105 @@ def data_of(files: Iterable[File]) -> frozenset[str]:
     return places_of(
         (label, path) for label, path in files if NAMES in label or path.suffix not in _IMPORTABLE
     )
+
+
+def require_own_state(name: str, helpers: frozenset[str]) -> None:
+    """Refuse a module that one part changes and another one uses, too.
+
+    What a part puts into the variables of a module is in no identity of the other's results, and
+    which of the two came last decides. So variables are compared with those that the source alone
+    makes, all of them when the part is new in this process, see ``require_as_written``.
+
+    Args:
+        name: The part, as the user wrote it.
+        helpers: Places of the modules that it was loaded from.
+
+    Raises:
+        SpecError: A variable is another one.
+    """
+    keys = set(map(_content_of, map(Path, helpers)))
+    new = [users for key in keys if name not in (users := _SHARED.setdefault(key, set()))]
+    for users in new:
+        users.add(name)
+    try:
+        require_as_written(keys, is_new=bool(new))
+    except SpecError:
+        for users in new:  # it is none: whoever tries again hears the same
+            users.discard(name)
+        raise
+
+
+def require_as_written(
+    keys: Iterable[tuple[str, str]] | None = None, *, is_new: bool = False
+) -> None:
+    """Refuse a module that several parts use and whose numbers or texts one of them has changed.
+
+    Args:
+        keys: Names and hashes of the modules that are looked at; None for all that parts share.
+        is_new: Whether lists, tables and objects are looked at, too: else somebody may have kept
+            there what was computed.
+
+    Raises:
+        SpecError: A variable is not what the source says.
+    """
+    asked = _SHARED.keys() if keys is None else keys
+    shared = {key: _SHARED[key] for key in asked if len(_SHARED[key]) > 1}
+    names = {name for name, _ in shared}
+    for module in list(sys.modules.values()) if shared else ():
+        file = str(getattr(module, "__file__", None) or "")
+        if file.rpartition(os.sep)[2] not in names or not isinstance(module, ModuleType):
+            continue
+        path = Path(file)
+        if is_installed(path) or (key := _content_of(path)) not in shared:
+            continue
+        if getattr(module.__spec__, "origin", None) != file:  # no import: a part itself
+            continue
+        wanted = _as_written(key, module)
+        for variable, value in variables_of(vars(module), is_deep=is_new).items():
+            if wanted.get(variable, "") not in {value, _ANYTHING}:
+                one, *others = sorted(shared[key])
+                raise SpecError(
+                    f"{one}: {path} is used by {', '.join(others)}, too, and {variable} in it is "
+                    "not what its source says: one of them has set it",
+                    remedy=f"Hand settings over as parameters, or give each a copy of {path.name} "
+                    "under another name.",
+                )
+
+
+def _content_of(path: Path) -> tuple[str, str]:
+    state = path.stat() if path.is_file() else None
+    return path.name, "" if state is None else _hash_of(path, state.st_mtime_ns, state.st_size)
+
+
+@lru_cache(maxsize=1024)
+def _hash_of(path: Path, *_state: int) -> str:
+    return file_digest(path)
+
+
+def _as_written(key: tuple[str, str], module: ModuleType) -> dict[str, str]:
+    """Return the variables that a module's source makes, executed by itself, twice.
+
+    What is not the same twice, such as a time, may be anything.
+    """
+    if key not in _AS_WRITTEN:
+        assert module.__spec__ is not None
+        one, other = (variables_of(_executed_anew(module.__spec__), is_deep=True) for _ in "12")
+        _AS_WRITTEN[key] = {
+            name: told if other.get(name) == told else _ANYTHING for name, told in one.items()
+        }
+    return _AS_WRITTEN[key]
+
+
+def _executed_anew(spec: ModuleSpec) -> dict[str, Any]:
+    anew = importlib.util.spec_from_file_location(
+        spec.name, spec.origin, submodule_search_locations=spec.submodule_search_locations
+    )
+    assert anew is not None
+    assert anew.loader is not None
+    copy = importlib.util.module_from_spec(anew)
+    with guest(spec.name, "module", is_loaded=False):
+        anew.loader.exec_module(copy)
+    return vars(copy)
 
 
 def _require_one(name: str, module: str, place: Path, other: Path | None) -> None:

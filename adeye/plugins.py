@@ -33,6 +33,7 @@ from adeye.plugin_code import (
     places_of_package,
     require_executed,
     require_own_data,
+    require_own_state,
     require_told_apart,
     require_unkept,
     require_unwritten,
@@ -155,6 +156,7 @@ def load_part(
         part, code = _from_module(name, source, attribute, is_nameable, entering)
     part = replace(part, name=name, places=places_of(code), helpers=helpers_of(code))
     require_own_data(name, part.helpers, data_of(code), part.places if is_sealed else None)
+    require_own_state(name, part.helpers)
     return part
 
 

@@ -845,3 +845,73 @@ def test_module_out_of_an_archive_counts_as_the_archive(
     pack(2)
     assert registry.source_digest("./unpacks.py:Mine", folder) != part.source_digest
     refused(SpecError, load_part, "./unpacks.py:Mine", folder, says="before it was written")
+
+
+def of_one_helper(folder: Path, name: str, helper: str, **parts: str) -> None:
+    """Write a module, and parts that begin with what is given."""
+    (folder / f"{name}.py").write_text(helper)
+    for part, text in parts.items():
+        (folder / f"{part}.py").write_text(
+            f"import os, sys\nsys.path.insert(0, os.path.dirname(__file__))\n{text}\n"
+            "class Mine:\n    pass\n"
+        )
+
+
+@pytest.mark.parametrize("is_first", [True, False])
+@pytest.mark.parametrize(
+    ("helper", "writes"),
+    [
+        ("F = 1.0", "{0}.F = 10.0"),
+        ("F = 1.0", "{0}.G = 10.0"),
+        ("F = (1.0, 2)", "setattr({0}, 'F', (1.0, 3))"),
+        ("F = {'gain': 1.0}", "{0}.F['gain'] = 10.0"),
+        ("F = {}", "{0}.F.update(gain=10.0)"),
+        ("import numpy\nF = numpy.ones(3)", "{0}.F[1] = 10.0"),
+        ("class Gains:\n    F = 1.0", "{0}.Gains.F = 10.0"),
+        ("class Gains:\n    pass\nF = Gains()", "{0}.F.gain = 10.0"),
+        ("from types import SimpleNamespace\nF = SimpleNamespace(gain=1)", "{0}.F.gain = 10"),
+        ("def gain():\n    return 1.0", "{0}.gain = lambda: 10.0"),
+        ("def gain():\n    return 1.0", "{0}.gain.by = 10.0"),
+        ("F = 1.0\ndef put(gain):\n    global F\n    F = gain", "{0}.put(10.0)"),
+    ],
+)
+def test_part_finds_nothing_that_another_one_put_into_a_module_of_both(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, helper: str, writes: str, *, is_first: bool
+) -> None:
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    monkeypatch.setattr(plugin_code, "_SHARED", {})
+    name = "both_" + hashlib.sha256(f"{helper}{writes}{is_first}".encode()).hexdigest()[:8]
+    writing = f"import {name}\n{writes.format(name)}"
+    of_one_helper(folder, name, f"{helper}\n", puts=writing, finds=f"import {name}")
+    says = rf"{name}\.py is used by .*not what its source says: one of them has set it"
+    first, second = ("finds", "puts") if is_first else ("puts", "finds")
+    load_part(f"./{first}.py:Mine", folder)
+    for _ in range(2):
+        refused(SpecError, load_part, f"./{second}.py:Mine", folder, says=says)
+
+
+def test_module_of_both_that_nobody_changes_may_keep_what_it_computes(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    monkeypatch.setattr(plugin_code, "_SHARED", {})
+    helper = (
+        "import functools, logging, time\nimport numpy as np\nfrom dataclasses import dataclass\n"
+        "LOG, BEGAN, TABLE = logging.getLogger(__name__), time.time(), np.eye(2)\nKEPT = {}\n"
+        "@dataclass\nclass Gain:\n    value: float = 1.0\nGAIN, CALLS = Gain(), 0\n"
+        "@functools.lru_cache\ndef gain(x):\n    KEPT[x] = 2 * x\n    return KEPT[x]\n"
+        "def count():\n    global CALLS\n    CALLS += 1\n"
+    )
+    of_one_helper(
+        folder, "kept_by_both", helper, one="import kept_by_both", two="import kept_by_both"
+    )
+    for part in ("one", "two", "one"):
+        load_part(f"./{part}.py:Mine", folder)
+    kept = sys.modules["kept_by_both"]
+    kept.gain(3.0)
+    plugin_code.require_as_written()
+    load_part("./two.py:Mine", folder)
+    # A number is a setting, which whoever measures next would find.
+    kept.count()
+    says = "CALLS in it is not what its source says"
+    refused(SpecError, plugin_code.require_as_written, says=says)
