@@ -90,7 +90,7 @@ class CaseChange(Part):
     why: tuple[str, ...] = ()
     """What of a changed one is another: scenario, parameters, architecture, faults, seed, step,
     plugins, which is their code and files where both were executed, or numerics, which is the code
-    of adeye."""
+    of adeye; one of these two where nothing else is and one side was not executed."""
     old_run: str = ""
     new_run: str = ""
 
@@ -423,7 +423,8 @@ def _why(executed: Callable[[str, str], str], then: Made, now: Made) -> tuple[st
         for name in digests[0]
         if digests[0][name] != digests[1][name] and None not in {digests[0][name], digests[1][name]}
     )
-    return found or ("numerics",)
+    is_told = None not in {then.plugins_digest, now.plugins_digest}
+    return found or (("numerics",) if is_told else ("plugins or numerics",))
 
 
 def _shared(sides: tuple[_Campaign, _Campaign]) -> list[tuple[str, int, int]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +13,10 @@ import pytest
 from adeye.answers import diff_campaigns
 from adeye.errors import UsageError
 from adeye.judge.verdict import Verdict
+from adeye.report.gate import difference
 from adeye.report.gate.difference import _JUDGED_BY, Difference, find_difference, grouped
 from adeye.report.gate.edits import edits_between
+from adeye.store.read.bulk import Made
 from adeye.store.repository import Repository
 from tests.project import CANDIDATE, CONCEPT, Executed, Project, one_scenario
 from tests.sql import rows
@@ -245,3 +248,17 @@ def test_edits_are_at_the_values_that_differ(then: Any, now: Any, paths: list[st
     assert [edit.path for edit in edits_between(then, now)] == paths
     copied = json.loads(json.dumps(then))
     assert list(edits_between(then, copied)) == []
+
+
+@pytest.mark.parametrize(
+    ("now", "why"), [("ab", "numerics"), ("cd", "plugins"), (None, "plugins or numerics")]
+)
+def test_what_is_not_executed_does_not_tell_its_plugins_from_adeye(
+    now: str | None, why: str
+) -> None:
+    then = Made("s", "a", "[]", "{}", 1, 0.05, "ab")
+    told = difference._why(lambda _, digest: digest, then, replace(then, plugins_digest=now))
+    assert told == (why,)
+    moved = replace(then, plugins_digest=now, seed=2)
+    told = difference._why(lambda _, digest: digest, then, moved)
+    assert told == (("seed", "plugins") if why == "plugins" else ("seed",))
