@@ -13,8 +13,7 @@ import pytest
 from adeye.answers import diff_campaigns
 from adeye.errors import UsageError
 from adeye.judge.verdict import Verdict
-from adeye.report.gate import difference
-from adeye.report.gate.difference import _JUDGED_BY, Difference, find_difference, grouped
+from adeye.report.gate.difference import _JUDGED_BY, Difference, _why, find_difference, grouped
 from adeye.report.gate.edits import edits_between
 from adeye.store.read.bulk import Made
 from adeye.store.repository import Repository
@@ -257,8 +256,8 @@ def test_what_is_not_executed_does_not_tell_its_plugins_from_adeye(
     now: str | None, why: str
 ) -> None:
     then = Made("s", "a", "[]", "{}", 1, 0.05, "ab")
-    told = difference._why(lambda _, digest: digest, then, replace(then, plugins_digest=now))
+    told = _why(lambda _, digest: digest, then, replace(then, plugins_digest=now))
     assert told == (why,)
     moved = replace(then, plugins_digest=now, seed=2)
-    told = difference._why(lambda _, digest: digest, then, moved)
+    told = _why(lambda _, digest: digest, then, moved)
     assert told == (("seed", "plugins") if why == "plugins" else ("seed",))
