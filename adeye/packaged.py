@@ -3,12 +3,7 @@
 from __future__ import annotations
 
 from importlib import resources
-from typing import Any, Final
-
-import yaml
-
-_Loader: Final = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-"""Most verbs read some of these files as they start; libyaml takes a tenth of the time."""
+from typing import Any
 
 
 def packaged_text(package: str, name: str) -> str:
@@ -23,7 +18,11 @@ def packaged_text(package: str, name: str) -> str:
 
 def of_yaml(text: str) -> Any:
     """Return what YAML of our own says; that of others is read by ``spec.document``."""
-    return yaml.load(text, Loader=_Loader)  # noqa: S506 - both are safe loaders
+    import yaml
+
+    # Most verbs read some of these files as they start; libyaml takes a tenth of the time.
+    loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+    return yaml.load(text, Loader=loader)  # noqa: S506 - both are safe loaders
 
 
 def packaged_yaml(package: str, name: str) -> Any:

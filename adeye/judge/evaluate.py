@@ -16,7 +16,7 @@ from adeye.judge.extremes import Extremes, find_extremes, measure_of
 from adeye.judge.metrics import METRICS, MetricDefinition, compute_metrics
 from adeye.judge.metrics import registry as statuses
 from adeye.judge.metrics.registry import CODES as _CODES
-from adeye.judge.metrics.registry import STATUSES, joined, status_codes
+from adeye.judge.metrics.registry import joined, status_codes
 from adeye.judge.stl.batch import (
     HELD,
     NEEDED,
@@ -36,6 +36,7 @@ from adeye.judge.verdict import (
     INCONCLUSIVE,
     INVALID,
     PASS,
+    STATUSES,
     VACUOUS,
     VERDICTS,
     Judgement,

@@ -47,6 +47,9 @@ VERDICTS: Final = tuple(verdict for verdict in Verdict if verdict is not Verdict
 """Verdicts that a run can have, by code."""
 PASS, FAIL, INCONCLUSIVE, VACUOUS, INVALID, ERROR = range(6)
 
+STATUSES: Final = ("value", "no_conflict", "not_applicable", "undefined", "incomplete", "error")
+"""What a metric says of a run, by code."""
+
 
 @dataclass(frozen=True, slots=True)
 class Judgement:

@@ -15,18 +15,13 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import groupby
 from operator import itemgetter
-from typing import Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from sqlalchemy import Connection, Table, select
 
 from adeye.errors import InputError
-from adeye.judge.evaluate import read_never_held
-from adeye.judge.metrics import METRICS
-from adeye.judge.requirements import ANY_FAULT, named_faults, nested_antecedents
-from adeye.judge.stl.batch import HELD, NEEDED
-from adeye.judge.stl.parser import Parameters
 from adeye.signals import NO_FAULT, Ints
 from adeye.store import tables
 from adeye.store.cases import JUDGED, JUDGED_CASES
@@ -36,6 +31,9 @@ from adeye.store.records import Finding
 from adeye.store.sql import filled
 from adeye.trace import LINK_LENGTH, split_links
 from adeye.units import read_quantity
+
+if TYPE_CHECKING:
+    from adeye.judge.stl.parser import Parameters
 
 # --- Which cases of a plan are pairs: several architectures, one situation, the same faults -------
 
@@ -175,6 +173,9 @@ def whole_rows(connection: Connection, campaign_id: str) -> tuple[tuple[Table, l
     """Make the rows that only a whole campaign tells; none before its last block is done."""
     if not _is_whole(connection, campaign_id):
         return (tables.case_repeat, []), (tables.never_held, [])
+    # What reads formulas and knows all metrics is not imported by who only reads results.
+    from adeye.judge.requirements import named_faults, nested_antecedents
+
     contents = connection.exec_driver_sql(
         "SELECT f.id, f.content FROM campaign c JOIN fsr f ON f.concept_digest = c.concept_digest "
         "WHERE c.id = ? ORDER BY f.id",
@@ -311,6 +312,8 @@ def _without_effect(
 
 
 def _nothing_acted(campaign_id: str, found: _Idle) -> Row:
+    from adeye.judge.requirements import ANY_FAULT
+
     names = " or ".join(
         "a fault" if name == ANY_FAULT else f"fault.{name}" for name in found.faults
     )
@@ -322,6 +325,8 @@ def _read(
     what: Callable[[str | None, Parameters], tuple[str, ...]], content: str
 ) -> tuple[str, ...]:
     """Read something off the formula of an FSR, or what stands for a bound from a fault on."""
+    from adeye.judge.metrics import METRICS
+
     try:
         told = json.loads(content)
         metric = str((told.get("bound") or {}).get("metric"))
@@ -340,6 +345,9 @@ def _never_held(
 ) -> Iterator[Row]:
     if not antecedents:
         return
+    from adeye.judge.evaluate import read_never_held
+    from adeye.judge.stl.batch import HELD, NEEDED
+
     told: dict[str, set[tuple[int, ...]]] = {}
     for architecture, detail in connection.exec_driver_sql(
         filled("case_passed", judged_cases=JUDGED_CASES), (campaign_id, fsr)

@@ -10,9 +10,8 @@ from typing import Any, Final, Self
 
 import numpy as np
 
-from adeye.judge.metrics.registry import STATUSES
 from adeye.judge.outcome import OUTCOMES
-from adeye.judge.verdict import VERDICTS, Outcome, Verdict
+from adeye.judge.verdict import STATUSES, VERDICTS, Outcome, Verdict
 from adeye.signals import Bools, Floats, Ints
 from adeye.store.encoding import Dictionary, Texts
 from adeye.store.records import ContentRecord, EngineKey, VerdictRecord, require_seed

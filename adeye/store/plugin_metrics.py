@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from functools import cache
 from typing import Any, Final
 
 from sqlalchemy import Connection, MetaData, Table
-from sqlalchemy.dialects import postgresql, sqlite
 
 from adeye.errors import IntegrityError
 from adeye.identity import digest
-from adeye.judge.metrics.registry import STATUSES
+from adeye.judge.verdict import STATUSES
 from adeye.store import catalogue as catalog
 from adeye.store.block import MetricBlock, RunBlock
 from adeye.store.encoding import Column, Dictionary, Row, Texts, hash_words, run_numbers, table_rows
@@ -29,19 +29,25 @@ from adeye.store.views import identifier
 PREFIX: Final = "metric_"
 _METRIC_ID: Final = re.compile(r"[a-z][a-z0-9_]{0,63}")
 _STATUS: Final = "_status"
-_RESERVED: Final = frozenset(
-    {
-        *sqlite.dialect.preparer.reserved_words,
-        *postgresql.dialect.preparer.reserved_words,
-        *metadata.tables,
-        *(column.name for table in metadata.tables.values() for column in table.columns),
-    }
-)
+
+
+@cache
+def _reserved() -> frozenset[str]:
+    from sqlalchemy.dialects import postgresql, sqlite
+
+    return frozenset(
+        {
+            *sqlite.dialect.preparer.reserved_words,
+            *postgresql.dialect.preparer.reserved_words,
+            *metadata.tables,
+            *(column.name for table in metadata.tables.values() for column in table.columns),
+        }
+    )
 
 
 def is_free(name: str) -> bool:
     """Tell whether a metric may have a name: no word of SQL, and of nothing in the database."""
-    return _METRIC_ID.fullmatch(name) is not None and name not in _RESERVED
+    return _METRIC_ID.fullmatch(name) is not None and name not in _reserved()
 
 
 def metric_columns(

@@ -17,9 +17,8 @@ from adeye.campaign.work import BatchTask, compiled_parts
 from adeye.errors import PlatformError, SpecError
 from adeye.judge.evaluate import Evaluation
 from adeye.judge.extremes import Extremes
-from adeye.judge.metrics.registry import STATUSES
 from adeye.judge.outcome import OUTCOMES
-from adeye.judge.verdict import VERDICTS, Outcome, Verdict
+from adeye.judge.verdict import STATUSES, VERDICTS, Outcome, Verdict
 from adeye.simulate import engine
 from adeye.store.block import MetricBlock
 from adeye.store.encoding import Texts

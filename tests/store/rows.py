@@ -10,9 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from adeye.judge.metrics.registry import STATUSES
 from adeye.judge.outcome import OUTCOMES
-from adeye.judge.verdict import Outcome
+from adeye.judge.verdict import STATUSES, Outcome
 from adeye.store.block import (
     EventBlock,
     JudgedBlock,

@@ -19,9 +19,8 @@ from adeye.campaign.run import Progress, fitting
 from adeye.campaign.work import BatchTask, WorkContext, execute, grouped
 from adeye.errors import PlatformError, UsageError
 from adeye.judge.evaluate import MARGIN
-from adeye.judge.metrics.registry import STATUSES
 from adeye.judge.outcome import OUTCOMES
-from adeye.judge.verdict import VERDICTS
+from adeye.judge.verdict import STATUSES, VERDICTS
 from adeye.kernel.jit import cache_directory
 from adeye.simulate.channels.factory import HOSTED
 from adeye.spec.concept import Concept

@@ -16,6 +16,7 @@ import numpy as np
 from adeye.errors import UsageError
 from adeye.judge.series import TraceSeries
 from adeye.judge.stl.formula import unit_exponents
+from adeye.judge.verdict import STATUSES
 from adeye.packaged import packaged_yaml
 from adeye.ports import MetricColumn
 from adeye.supervision import is_asked, told
@@ -32,7 +33,6 @@ if TYPE_CHECKING:
 
 # --- Status words of metrics, and a column of them held as codes ----------------------------------
 
-STATUSES: Final = ("value", "no_conflict", "not_applicable", "undefined", "incomplete", "error")
 VALUE, NO_CONFLICT, NOT_APPLICABLE, UNDEFINED, INCOMPLETE, ERROR = STATUSES
 CODES: Final = {word: code for code, word in enumerate(STATUSES)}
 """Code of each status; what is not among them has -1."""

@@ -16,8 +16,6 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 
 from adeye.errors import IntegrityError, amount
 from adeye.judge.preventability import gate_verdict
-from adeye.judge.stl.formula import parse_formula
-from adeye.judge.stl.syntax import names_in, silence_of
 from adeye.judge.verdict import (
     WAIVABLE,
     ExitCode,
@@ -161,6 +159,9 @@ def contacts_in_words(repository: Repository, campaign: CampaignInfo) -> list[st
 
 def _about_silence(repository: Repository, campaign: CampaignInfo) -> list[tuple[str, str]]:
     """Pair each mandatory FSR with the channels whose failure its formula is about."""
+    from adeye.judge.stl.formula import parse_formula
+    from adeye.judge.stl.syntax import silence_of
+
     return [
         (item.id, channel)
         for item in _requirements(repository, campaign)
@@ -179,6 +180,9 @@ def _requirements(repository: Repository, campaign: CampaignInfo) -> tuple[Requi
 
 def _beside_contact(repository: Repository, campaign: CampaignInfo, fsr: str) -> list[str]:
     """List what an FSR is judged by beside the contact: it may fail of that in the same run."""
+    from adeye.judge.stl.formula import parse_formula
+    from adeye.judge.stl.syntax import names_in
+
     (item,) = (item for item in _requirements(repository, campaign) if item.id == fsr)
     if item.formula is None:
         names = [] if item.bound is None else [item.bound.metric]

@@ -11,8 +11,6 @@ from sqlalchemy import Connection, Table
 
 from adeye.errors import ExpressionError
 from adeye.identity import canonical_json, digest
-from adeye.judge.stl.formula import parse_formula
-from adeye.judge.stl.syntax import response_time
 from adeye.store import tables
 from adeye.store.encoding import json_text, row
 from adeye.store.ledger import add_row, insert_rows, row_of
@@ -127,6 +125,9 @@ def _valid_until(item: Assumption | DependentFailure) -> dict[str, str]:
 
 def _with_response(item: Requirement) -> dict[str, str]:
     """Return the content with the time that the formula leaves to respond [s], for the rules."""
+    from adeye.judge.stl.formula import parse_formula
+    from adeye.judge.stl.syntax import response_time
+
     try:
         time = response_time(parse_formula(item.formula or "", None, item.constants).root)
     except ExpressionError:

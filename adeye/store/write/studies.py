@@ -21,7 +21,6 @@ from sqlalchemy import Connection
 
 from adeye.errors import IntegrityError
 from adeye.judge.preventability import BENCHMARK_VERSION, TAKEOVERS_VERSION, Comparison, cell_of
-from adeye.judge.timeline import TIMELINE_VERSION, Injection, Timeline
 from adeye.signals import NO_FAULT
 from adeye.store import tables
 from adeye.store.block import RunBlock
@@ -38,6 +37,7 @@ from adeye.store.write.results import changed_case, record_judged_runs, record_r
 
 if TYPE_CHECKING:
     from adeye.judge.preventability import Cell, TakeoverClass
+    from adeye.judge.timeline import Injection
 
 # --- Save forks beside the campaigns, and find them: they belong to a run, never to a selection ---
 
@@ -314,6 +314,8 @@ class Hindsight(Door):
 
     def injections(self, campaign: str) -> tuple[Injection, ...]:
         """Give what is known of the faults of a campaign's runs, by run; none withdrawn."""
+        from adeye.judge.timeline import TIMELINE_VERSION
+
         found = self._ask(
             "SELECT c.scenario, c.architecture, t.fault_entry, i.* FROM injection i "  # noqa: S608 - own names
             "JOIN campaign_case c ON c.result_digest = i.result_digest "
@@ -333,6 +335,8 @@ class Hindsight(Door):
             campaign: Id of the campaign.
             fsrs: Ids of the FSRs that are asked for.
         """
+        from adeye.judge.timeline import TIMELINE_VERSION
+
         query = (
             "SELECT DISTINCT v.run FROM v_verdicts v JOIN injection i ON i.result_digest = v.run "
             "WHERE v.campaign = ? AND v.fsr = ? AND v.exercised = 1 AND i.version = ?"
@@ -373,6 +377,8 @@ class Hindsight(Door):
 
 
 def _injection_row(item: Injection) -> Row:
+    from adeye.judge.timeline import TIMELINE_VERSION
+
     own = (*_TIMES, "fdti_s", "frti_s", "fhti_s")
     return row_of(
         tables.injection,
@@ -387,6 +393,8 @@ def _injection_row(item: Injection) -> Row:
 
 
 def _injection(item: Any) -> Injection:
+    from adeye.judge.timeline import Injection, Timeline
+
     return of_row(
         Injection,
         item,

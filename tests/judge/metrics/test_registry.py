@@ -10,8 +10,9 @@ import pytest
 
 from adeye.errors import UsageError
 from adeye.judge.metrics import METRICS, compute_metrics, register_metric
-from adeye.judge.metrics.registry import CODES, STATUSES, StatusColumn, status_codes
+from adeye.judge.metrics.registry import CODES, StatusColumn, status_codes
 from adeye.judge.stl.formula import unit_exponents
+from adeye.judge.verdict import STATUSES
 from adeye.ports import MetricColumn
 from adeye.store.tables import METRIC_IDS, METRIC_STATUSES
 from tests.judge.conftest import measure

@@ -110,7 +110,7 @@ def test_another_version_of_the_timeline_does_not_take_what_an_older_one_found(
     store: Store, campaign: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     found, line = store.hindsight(campaign)
-    monkeypatch.setattr(hindsight, "TIMELINE_VERSION", 9)
+    monkeypatch.setattr("adeye.judge.timeline.TIMELINE_VERSION", 9)
     monkeypatch.setattr(hindsight, "TAKEOVERS_VERSION", 9)
     assert store.repository.hindsight.injections(campaign) == ()
     assert store.repository.hindsight.takeovers(campaign) == ()
@@ -124,7 +124,7 @@ def test_views_show_the_newest_finding_of_each_run_and_fork(
     store: Store, campaign: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     found, line = store.hindsight(campaign)
-    monkeypatch.setattr(hindsight, "TIMELINE_VERSION", 9)
+    monkeypatch.setattr("adeye.judge.timeline.TIMELINE_VERSION", 9)
     store.repository.hindsight.save_injections([replace(found, class_="detected_late")])
     [shown] = store.rows(
         "SELECT campaign, run, class, fdti_s, frti_s, fhti_s, eoti_s, ftti_s, margin_s, detect_s "
@@ -155,7 +155,7 @@ def test_measured_pairs(store: Store, campaign: str, monkeypatch: pytest.MonkeyP
     assert store.repository.hindsight.exercised(campaign, fsrs) == expected
     assert store.repository.hindsight.exercised(campaign, ["FSR-99"]) == frozenset()
     assert store.repository.hindsight.exercised("f" * 32, fsrs) == frozenset()
-    monkeypatch.setattr(hindsight, "TIMELINE_VERSION", 9)
+    monkeypatch.setattr("adeye.judge.timeline.TIMELINE_VERSION", 9)
     assert store.repository.hindsight.exercised(campaign, fsrs) == frozenset()
 
 
