@@ -10,12 +10,11 @@ import hashlib
 import json
 import math
 import unicodedata
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, is_dataclass
-from functools import partial, singledispatch
 from pathlib import Path
 from types import CodeType, FunctionType, ModuleType, SimpleNamespace
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 
 def canonical_json(value: Any) -> bytes:
@@ -214,91 +213,89 @@ def _object(value: Mapping[Any, Any]) -> dict[str, Any]:
 _PLAIN: Final = (type(None), bool, int, float, complex, str, bytes)
 _DEEPEST: Final = 8
 """How far lists in lists and attributes of attributes are followed."""
+_LONGEST: Final = 256
+"""Items of a list or table that are told one by one; of a longer one it is a hash."""
 
 
-def variables_of(namespace: Mapping[str, Any], *, is_deep: bool) -> dict[str, str]:
-    """Say what variables hold, as text that is equal where that is.
+class Held(NamedTuple):
+    """What a variable, or a part of one, holds.
+
+    Attributes:
+        is_plain: Whether it is a number, a text, or an array.
+        told: It as text, which is equal where it is.
+    """
+
+    is_plain: bool
+    told: str
+
+
+def variables_of(namespace: Mapping[str, Any]) -> dict[str, Held]:
+    """Say what variables hold, by their names and places in them.
 
     Of functions and classes of the module it is their code and attributes, of others the name; of
     objects that are plain records, or of a class of the module, their attributes, else the type.
 
     Args:
         namespace: Of a module.
-        is_deep: Whether all are told; else only numbers, texts and tuples of them.
 
-    >>> variables_of({"a": 1, "b": [1]}, is_deep=False)
-    {'a': '1'}
+    >>> {name: held.told for name, held in variables_of({"a": 1, "b": {"c": 2.0}}).items()}
+    {'a': '1', "b['c']": '2.0', 'b': 'dict'}
     """
-    return {
-        name: told
-        for name, value in namespace.items()
-        if not (name.startswith("__") and name.endswith("__")) and not isinstance(value, ModuleType)
-        if (told := _told(value, namespace.get("__name__")) if is_deep or _is_plain(value) else "")
-    }
+    found: dict[str, Held] = {}
+    for name, value in namespace.items():
+        is_own = not (name.startswith("__") and name.endswith("__"))
+        if is_own and not isinstance(value, ModuleType):
+            found.update(_held(name, value, namespace.get("__name__")))
+    return found
 
 
-def _is_plain(value: Any) -> bool:
-    return type(value) in _PLAIN or (type(value) is tuple and all(map(_is_plain, value)))
-
-
-def _told(value: Any, home: str | None, above: tuple[int, ...] = ()) -> str:
+def _held(
+    name: str, value: Any, home: str | None, above: tuple[int, ...] = ()
+) -> Iterator[tuple[str, Held]]:
     if type(value) in _PLAIN:
-        return repr(value)
-    if id(value) in above or len(above) > _DEEPEST:
-        return "…"
-    tell = partial(_told, home=home, above=(*above, id(value)))
-    is_record = isinstance(value, SimpleNamespace) or is_dataclass(value)
+        yield name, Held(is_plain=True, told=repr(value))
+        return
+    told = type(value).__qualname__
+    if id(value) not in above and len(above) <= _DEEPEST:
+        inside, more = _parts(value, home)
+        told = " ".join((told, *more))
+        if len(inside) > _LONGEST:
+            told, inside = f"{told} {digest_bytes(repr(inside).encode())}", {}
+        for place, item in inside.items():
+            yield from _held(f"{name}{place}", item, home, (*above, id(value)))
+    yield name, Held(is_plain=type(value).__module__ == "numpy", told=told)
+
+
+def _parts(value: Any, home: str | None) -> tuple[dict[str, Any], list[str]]:
+    """Return what is looked at within a value, by its place, and what is told of it at once."""
+    if isinstance(value, Mapping):
+        return {f"[{key!r}]": item for key, item in value.items()}, []
+    if isinstance(value, list | tuple):
+        return {f"[{place}]": item for place, item in enumerate(value)}, []
+    if isinstance(value, CodeType):
+        constants = {f".co_consts[{place}]": item for place, item in enumerate(value.co_consts)}
+        return constants, [value.co_code.hex(), *value.co_names]
     if isinstance(value, type | FunctionType):
-        is_own = value.__module__ == home
-        inside = [value.__module__, value.__qualname__, *(_parts(value, tell) if is_own else ())]
-    elif is_record or type(value).__module__ == home:
-        inside = [tell(_attributes(value))]
-    else:
-        inside = _parts(value, tell)
-    return f"{type(value).__qualname__}({', '.join(inside)})"
+        inside = _attributes(value) if value.__module__ == home else {}
+        if isinstance(value, FunctionType) and value.__module__ == home:
+            cells = [cell.cell_contents for cell in value.__closure__ or ()]
+            inside |= {"()": value.__code__, "(=)": value.__defaults__, "(*)": cells}
+        return inside, [value.__module__, value.__qualname__]
+    return _parts_of_object(value, home)
 
 
-@singledispatch
-def _parts(value: Any, tell: Callable[[Any], str]) -> list[str]:
-    """Say what a value consists of, each part as text."""
-    if type(value).__module__ == "numpy" and hasattr(value, "tobytes"):
-        return [str(value.dtype), str(value.shape), digest_bytes(value.tobytes())]
-    # A function that is compiled.
-    return [tell(value.py_func)] if hasattr(value, "py_func") else []
-
-
-@_parts.register
-def _(value: Mapping, tell: Callable[[Any], str]) -> list[str]:  # type: ignore[type-arg]
-    return sorted(f"{tell(key)}: {tell(item)}" for key, item in value.items())
-
-
-@_parts.register
-def _(value: set | frozenset, tell: Callable[[Any], str]) -> list[str]:  # type: ignore[type-arg]
-    return sorted(map(tell, value))
-
-
-@_parts.register
-def _(value: list | tuple, tell: Callable[[Any], str]) -> list[str]:  # type: ignore[type-arg]
-    return list(map(tell, value))
-
-
-@_parts.register
-def _(value: CodeType, tell: Callable[[Any], str]) -> list[str]:
-    return [value.co_code.hex(), *map(tell, value.co_consts), *value.co_names]
-
-
-@_parts.register
-def _(value: FunctionType, tell: Callable[[Any], str]) -> list[str]:
-    cells = [cell.cell_contents for cell in value.__closure__ or ()]
-    parts = (value.__code__, value.__defaults__, value.__kwdefaults__, cells, vars(value))
-    return list(map(tell, parts))
-
-
-@_parts.register
-def _(value: type, tell: Callable[[Any], str]) -> list[str]:
-    return [tell(_attributes(value))]
+def _parts_of_object(value: Any, home: str | None) -> tuple[dict[str, Any], list[str]]:
+    if isinstance(value, set | frozenset):
+        return {}, sorted(map(repr, value))
+    kind = type(value)
+    if kind.__module__ == "numpy" and hasattr(value, "tobytes"):
+        return {}, [str(value.dtype), str(value.shape), digest_bytes(value.tobytes())]
+    if hasattr(value, "py_func"):  # a function that is compiled
+        return {".py_func": value.py_func}, []
+    is_record = isinstance(value, SimpleNamespace) or is_dataclass(value)
+    return _attributes(value) if is_record or kind.__module__ == home else {}, []
 
 
 def _attributes(value: Any) -> dict[str, Any]:
     own = getattr(value, "__dict__", {})
-    return {name: item for name, item in own.items() if not name.startswith("__")}
+    return {f".{name}": item for name, item in own.items() if not name.startswith("__")}

@@ -25,7 +25,7 @@ from types import ModuleType
 from typing import Any, Final
 
 from adeye.errors import SourceLocation, SpecError
-from adeye.identity import file_digest, variables_of
+from adeye.identity import Held, file_digest, variables_of
 from adeye.outputs import reads
 from adeye.supervision import FILES, guest, is_installed, packed_in
 
@@ -44,11 +44,12 @@ _BESIDE: Final[dict[str, tuple[str, str]]] = {}
 """Where each module lies that a part imports by name, and its hash."""
 _HANDED: Final[dict[str, tuple[dict[str, str], dict[str, frozenset[str]]]]] = {}
 """By module: who reads which data, and what the sealed parts that share it are hashed by."""
-_SHARED: Final[dict[tuple[str, str], set[str]]] = {}
-"""Which parts were loaded from a module of the user's, by name and hash of its file."""
-_AS_WRITTEN: Final[dict[tuple[str, str], dict[str, str]]] = {}
+_SHARED: Final[dict[tuple[str, str], dict[str, dict[str, Held]]]] = {}
+"""What each part left in the variables of a module of the user's when it was first loaded from it,
+by name and hash of the module's file."""
+_AS_WRITTEN: Final[dict[tuple[str, str], dict[str, Held]]] = {}
 """The variables of such a module as its source alone makes them."""
-_ANYTHING: Final = "?"
+_ANYTHING: Final = Held(is_plain=False, told="?")
 NAMES: Final = ">"
 """Between a source and a file that it names, in the label of that."""
 _HERE: Final = "./"
@@ -620,8 +621,8 @@ def require_own_state(name: str, helpers: frozenset[str]) -> None:
     """Refuse a module that one part changes and another one uses, too.
 
     What a part puts into the variables of a module is in no identity of the other's results, and
-    which of the two came last decides. So variables are compared with those that the source alone
-    makes, all of them when the part is new in this process, see ``require_as_written``.
+    which of the two came last decides. So what each part left when it was first loaded is compared
+    with what the source alone makes, once the module has a second user.
 
     Args:
         name: The part, as the user wrote it.
@@ -631,52 +632,78 @@ def require_own_state(name: str, helpers: frozenset[str]) -> None:
         SpecError: A variable is another one.
     """
     keys = set(map(_content_of, map(Path, helpers)))
-    new = [users for key in keys if name not in (users := _SHARED.setdefault(key, set()))]
-    for users in new:
-        users.add(name)
+    new = {key for key in keys if name not in _SHARED.get(key, ())}
+    found = dict(_modules_in_memory(new)) if new else {}
+    for key in new:
+        module = found.get(key)
+        left = {} if module is None else variables_of(vars(module))
+        _SHARED.setdefault(key, {})[name] = left
     try:
-        require_as_written(keys, is_new=bool(new))
+        for key, module in found.items():
+            for part, left in _SHARED[key].items() if len(_SHARED[key]) > 1 else ():
+                _require_same(part, key, module, left, is_whole=True)
+        require_as_written(keys - new)
     except SpecError:
-        for users in new:  # it is none: whoever tries again hears the same
-            users.discard(name)
+        for key in new:  # it is no user: whoever tries again hears the same
+            del _SHARED[key][name]
         raise
 
 
-def require_as_written(
-    keys: Iterable[tuple[str, str]] | None = None, *, is_new: bool = False
-) -> None:
-    """Refuse a module that several parts use and whose numbers or texts one of them has changed.
+def require_as_written(keys: Iterable[tuple[str, str]] | None = None) -> None:
+    """Refuse a module that several parts use and whose settings one of them has changed.
+
+    Settings are numbers, texts and arrays, also within tables, records and classes.
+
+    What is added to a table may be kept there, as whatever else was computed.
 
     Args:
         keys: Names and hashes of the modules that are looked at; None for all that parts share.
-        is_new: Whether lists, tables and objects are looked at, too: else somebody may have kept
-            there what was computed.
 
     Raises:
         SpecError: A variable is not what the source says.
     """
-    asked = _SHARED.keys() if keys is None else keys
-    shared = {key: _SHARED[key] for key in asked if len(_SHARED[key]) > 1}
-    names = {name for name, _ in shared}
-    for module in list(sys.modules.values()) if shared else ():
+    asked = list(_SHARED if keys is None else keys)
+    for key, module in _modules_in_memory({key for key in asked if len(_SHARED[key]) > 1}):
+        _require_same(min(_SHARED[key]), key, module, variables_of(vars(module)), is_whole=False)
+
+
+def _require_same(
+    part: str, key: tuple[str, str], module: ModuleType, left: Mapping[str, Held], *, is_whole: bool
+) -> None:
+    """Compare what a part left in a module with what the source alone makes."""
+    wanted = _as_written(key, module)
+    for variable, held in left.items():
+        known = wanted.get(variable)
+        if known is None:
+            # What is new within another one may be kept; a name of its own is a setting.
+            is_same = not (is_whole or (held.is_plain and variable.isidentifier()))
+        else:
+            is_same = known in {held, _ANYTHING}
+            is_same |= not (is_whole or (held.is_plain and known.is_plain))
+        if not is_same:
+            others = ", ".join(sorted(_SHARED[key].keys() - {part}))
+            raise SpecError(
+                f"{part}: {module.__file__} is used by {others}, too, and {variable} in it is not "
+                "what its source says: one of them has set it",
+                remedy=f"Hand settings over as parameters, or give each a copy of {key[0]} under "
+                "another name.",
+            )
+
+
+def _modules_in_memory(
+    keys: Collection[tuple[str, str]],
+) -> Iterator[tuple[tuple[str, str], ModuleType]]:
+    """Give the modules that were imported from files of these names and hashes."""
+    names = {name for name, _ in keys}
+    for module in list(sys.modules.values()) if names else ():
         file = str(getattr(module, "__file__", None) or "")
         if file.rpartition(os.sep)[2] not in names or not isinstance(module, ModuleType):
             continue
+        # What has no such origin was not imported: it is a part itself.
+        is_imported = getattr(module.__spec__, "origin", None) == file
         path = Path(file)
-        if is_installed(path) or (key := _content_of(path)) not in shared:
-            continue
-        if getattr(module.__spec__, "origin", None) != file:  # no import: a part itself
-            continue
-        wanted = _as_written(key, module)
-        for variable, value in variables_of(vars(module), is_deep=is_new).items():
-            if wanted.get(variable, "") not in {value, _ANYTHING}:
-                one, *others = sorted(shared[key])
-                raise SpecError(
-                    f"{one}: {path} is used by {', '.join(others)}, too, and {variable} in it is "
-                    "not what its source says: one of them has set it",
-                    remedy=f"Hand settings over as parameters, or give each a copy of {path.name} "
-                    "under another name.",
-                )
+        if is_imported and not is_installed(path) and (key := _content_of(path)) in keys:
+            yield key, module
 
 
 def _content_of(path: Path) -> tuple[str, str]:
@@ -689,16 +716,16 @@ def _hash_of(path: Path, *_state: int) -> str:
     return file_digest(path)
 
 
-def _as_written(key: tuple[str, str], module: ModuleType) -> dict[str, str]:
+def _as_written(key: tuple[str, str], module: ModuleType) -> dict[str, Held]:
     """Return the variables that a module's source makes, executed by itself, twice.
 
     What is not the same twice, such as a time, may be anything.
     """
     if key not in _AS_WRITTEN:
         assert module.__spec__ is not None
-        one, other = (variables_of(_executed_anew(module.__spec__), is_deep=True) for _ in "12")
+        one, other = (variables_of(_executed_anew(module.__spec__)) for _ in "12")
         _AS_WRITTEN[key] = {
-            name: told if other.get(name) == told else _ANYTHING for name, told in one.items()
+            name: held if other.get(name) == held else _ANYTHING for name, held in one.items()
         }
     return _AS_WRITTEN[key]
 

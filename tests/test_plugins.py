@@ -847,6 +847,9 @@ def test_module_out_of_an_archive_counts_as_the_archive(
     refused(SpecError, load_part, "./unpacks.py:Mine", folder, says="before it was written")
 
 
+GAINS = {"one": 1.0, "ten": 10.0}
+
+
 def of_one_helper(folder: Path, name: str, helper: str, **parts: str) -> None:
     """Write a module, and parts that begin with what is given."""
     (folder / f"{name}.py").write_text(helper)
@@ -855,6 +858,50 @@ def of_one_helper(folder: Path, name: str, helper: str, **parts: str) -> None:
             f"import os, sys\nsys.path.insert(0, os.path.dirname(__file__))\n{text}\n"
             "class Mine:\n    pass\n"
         )
+
+
+def test_two_parts_that_set_a_variable_are_refused_though_the_last_one_sets_what_the_source_says(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    for name, order in (("set_one_way", ("ten", "one")), ("set_other_way", ("one", "ten"))):
+        monkeypatch.setattr(plugin_code, "_SHARED", {})
+        puts = {part: f"import {name}\n{name}.F = {gain}" for part, gain in GAINS.items()}
+        of_one_helper(folder, name, "F = 1.0\n", **puts)
+        load_part(f"./{order[0]}.py:Mine", folder)
+        says = "F in it is not what its source says"
+        refused(SpecError, load_part, f"./{order[1]}.py:Mine", folder, says=says)
+
+
+@pytest.mark.parametrize(
+    ("helper", "writes"),
+    [
+        ("F = 1.0", "{0}.F = 10.0"),
+        ("F = 1.0", "{0}.G = 10.0"),
+        ("F = {'gain': 1.0}", "{0}.F['gain'] = 10.0"),
+        ("F = {'gain': [1.0, 2.0]}", "{0}.F['gain'][1] = 10.0"),
+        ("import numpy\nF = numpy.ones(3)", "{0}.F[:] = 10.0"),
+        ("class Gains:\n    F = 1.0", "{0}.Gains.F = 10.0"),
+        (
+            "class Gains:\n    def __init__(self):\n        self.gain = 1\nF = Gains()",
+            "{0}.F.gain = 9",
+        ),
+    ],
+)
+def test_what_is_set_while_parts_compute_is_refused(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, helper: str, writes: str
+) -> None:
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    monkeypatch.setattr(plugin_code, "_SHARED", {})
+    name = "late_" + hashlib.sha256(f"{helper}{writes}".encode()).hexdigest()[:8]
+    of_one_helper(folder, name, f"{helper}\n", sets=f"import {name}", reads=f"import {name}")
+    for part in ("sets", "reads"):
+        load_part(f"./{part}.py:Mine", folder)
+    plugin_code.require_as_written()
+    exec(writes.format(name), {name: sys.modules[name]})  # noqa: S102 - as a part would
+    says = "is not what its source says"
+    refused(SpecError, plugin_code.require_as_written, says=says)
+    refused(SpecError, load_part, "./reads.py:Mine", folder, says=says)
 
 
 @pytest.mark.parametrize("is_first", [True, False])
