@@ -201,7 +201,7 @@ def test_run_is_handed_to_the_viewers_that_are_asked_for(
     asked = {"mcap": "r.mcap", "osi": "o", "commonroad": "c"}
     options = [word for name, path in asked.items() for word in (f"--{name}", path)]
     ended = adeye("replay", "abab", *options).ok
-    more = {"rosbag": None, "shown": None, "album": {}}
+    more: dict[str, Any] = {"rosbag": None, "shown": None, "album": {}}
     wanted = {name: Path(path) for name, path in asked.items()}
     handing_out.assert_called_once_with(**wanted, **more)
     ((done,), _) = hand_out.call_args
