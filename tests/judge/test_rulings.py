@@ -9,17 +9,16 @@ import numpy as np
 import pytest
 
 from adeye.judge.evaluate import Frame
-from adeye.judge.metrics import METRICS, registry
+from adeye.judge.metrics import METRICS
 from adeye.judge.requirements import CheckedRequirement, compile_requirement
 from adeye.judge.stl.series import SampleStatus
 from adeye.judge.uncertainty import NumericUncertainty
-from adeye.judge.verdict import Judgement, Verdict
+from adeye.judge.verdict import STATUSES, Judgement, Verdict
 from adeye.ports import MetricColumn
 from tests.judge.conftest import fsr
 from tests.judge.stl.batch import judge, numbers, truths, words
 from tests.stored import known
 
-STATUSES = registry.STATUSES
 NAN = math.nan
 
 
