@@ -640,12 +640,13 @@ def require_own_state(name: str, helpers: frozenset[str]) -> None:
         _SHARED.setdefault(key, {})[name] = left
     try:
         for key, module in found.items():
-            for part, left in _SHARED[key].items() if len(_SHARED[key]) > 1 else ():
+            users = list(_SHARED[key].items())  # another thread may add one meanwhile
+            for part, left in users if len(users) > 1 else ():
                 _require_same(part, key, module, left, is_whole=True)
         require_as_written(keys - new)
     except SpecError:
         for key in new:  # it is no user: whoever tries again hears the same
-            del _SHARED[key][name]
+            _SHARED[key].pop(name, None)
         raise
 
 
@@ -681,7 +682,7 @@ def _require_same(
             is_same = known in {held, _ANYTHING}
             is_same |= not (is_whole or (held.is_plain and known.is_plain))
         if not is_same:
-            others = ", ".join(sorted(_SHARED[key].keys() - {part}))
+            others = ", ".join(sorted(set(_SHARED[key]) - {part}))
             raise SpecError(
                 f"{part}: {module.__file__} is used by {others}, too, and {variable} in it is not "
                 "what its source says: one of them has set it",
