@@ -107,6 +107,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if reconfigure is not None:
             # A name that the terminal cannot show must not end the program.
             reconfigure(errors="backslashreplace")
+    if arguments is None:
+        # Nobody else's plug-in of pydantic has a say in what is valid, nor is any searched for.
+        os.environ["PYDANTIC_DISABLE_PLUGINS"] = "__all__"
     ended = _supervised() if arguments is None else None
     if ended is not None:
         if ended.text:

@@ -185,6 +185,20 @@ def test_python_m_adeye_is_the_same_program_and_has_no_colour_in_a_pipe(tmp_path
     assert "\x1b" not in out
 
 
+def test_no_plugin_of_pydantic_is_asked_what_is_valid(tmp_path: Path) -> None:
+    (tmp_path / "lenient.py").write_text(
+        "from pathlib import Path\nPath(__file__).with_name('asked').touch()\nplugin = None\n"
+    )
+    about = tmp_path / "lenient-1.0.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: lenient\nVersion: 1.0\n")
+    (about / "entry_points.txt").write_text("[pydantic]\nlenient = lenient:plugin\n")
+    odd = ROOT / "odd" / "fmu_vehicle.yaml"
+    code, out, err = program("plan", str(odd), cwd=tmp_path, PYTHONPATH=f"{tmp_path}:{ROOT}")
+    assert (code, "Test cases" in out) == (0, True), err
+    assert not (tmp_path / "asked").exists()
+
+
 def test_python_without_docstrings_is_an_environment_error(tmp_path: Path) -> None:
     with start("plan", "x.yaml", cwd=tmp_path, env={"PYTHONOPTIMIZE": "2"}) as process:
         said = process.communicate()
