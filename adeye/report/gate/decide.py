@@ -454,7 +454,9 @@ def _set_aside(repository: Repository, campaign: CampaignInfo) -> Callable[[Find
             known[key] = totals.without_unpreventable(repository, campaign, *key, models)
         verdict, note = known[key]
         text = f"{item.text}; {note}" if note else item.text
-        return replace(item, text=text, decides=verdict is not Verdict.PASS)
+        # Without them it may be undecided, which is no failure: the run says so, too.
+        kind = item.kind if verdict in {Verdict.FAIL, Verdict.PASS} else Kind.UNDECIDED
+        return replace(item, kind=kind, text=text, decides=verdict is not Verdict.PASS)
 
     return set_aside
 

@@ -3,6 +3,7 @@
 import shutil
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -337,3 +338,26 @@ def test_only_a_contact_that_no_named_driver_avoids_is_set_aside(
                 replace(failing, decides=False),
             ):
                 assert set_aside(other) == other
+
+
+@pytest.mark.parametrize(
+    ("verdict", "kind", "decides"),
+    [
+        (Verdict.PASS, Kind.FAILING, False),
+        (Verdict.FAIL, Kind.FAILING, True),
+        (Verdict.VACUOUS, Kind.UNDECIDED, True),
+        (Verdict.NOT_RUN, Kind.UNDECIDED, True),
+    ],
+)
+def test_what_is_left_without_unpreventable_contacts_has_the_code_of_that(
+    monkeypatch: pytest.MonkeyPatch, verdict: Verdict, kind: Kind, decides: bool
+) -> None:
+    monkeypatch.setattr(totals, "preventable_by", lambda *_: ("cc",))
+    monkeypatch.setattr(totals, "without_unpreventable", lambda *_: (verdict, "unpreventable"))
+    judged: Any = SimpleNamespace(fsr="FSR-01", architecture="a")
+    repository: Any = SimpleNamespace(gate=lambda _: [judged])
+    campaign: Any = SimpleNamespace(id="c")
+    aside = gating._set_aside(repository, campaign)
+    found = aside(Finding(Kind.FAILING, "FAIL", fsr="FSR-01", architecture="a"))
+    assert (found.kind, found.decides, found.text) == (kind, decides, "FAIL; unpreventable")
+    assert aside(Finding(Kind.MARGIN, "less", fsr="FSR-01", architecture="a")).text == "less"
