@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import keyword
 import re
 from collections.abc import Mapping, Sequence
@@ -17,6 +18,7 @@ import typer
 from adeye.cli.options import add, option
 from adeye.cli.output import clean, emit, emit_table, wrote
 from adeye.errors import UsageError, require_known
+from adeye.units import shown
 
 # --- ``new channel|sensor|metric``: write a working example to start from -------------------------
 
@@ -186,6 +188,8 @@ WORKFLOWS: Final = {
     Service.gitlab: Path(".gitlab-ci.yml"),
 }
 """Where each service looks for its workflows."""
+_ITEM: Final = {Service.github: 10 * " ", Service.gitlab: 6 * " "}
+"""What is before an item of its list of ODDs."""
 
 
 def init(
@@ -222,7 +226,7 @@ def init(
     if not there:
         contents |= project_files() if example is None else example_files(example)
     if ci is not None:
-        contents[WORKFLOWS[ci].as_posix()] = workflow(ci, there or (name,))
+        contents[WORKFLOWS[ci].as_posix()] = workflow(ci, there or (f"odd/{name}.yaml",))
     for path in write_files(folder, contents):
         wrote(path)
     if not there:
@@ -257,14 +261,47 @@ def example_files(name: str) -> dict[str, bytes]:
 
 
 def odds_in(folder: Path) -> tuple[str, ...]:
-    """Name the ODDs of a project."""
-    return tuple(sorted(path.stem for path in (folder / "odd").glob("*.yaml")))
+    """Give the files of a project's ODDs, as paths from its root: all that say which ODD they are.
+
+    One that cannot be read may be one.
+    """
+    found = sorted(path for end in ("yaml", "yml") for path in (folder / "odd").rglob(f"*.{end}"))
+    return tuple(path.relative_to(folder).as_posix() for path in found if _may_be_odd(path))
+
+
+def _may_be_odd(path: Path) -> bool:
+    return re.search(rb"^odd\s*:", path.read_bytes(), re.MULTILINE) is not None
 
 
 def workflow(service: Service, odds: Sequence[str]) -> bytes:
-    """Return the workflow that executes and judges ODDs."""
+    """Return the workflow that executes and judges ODDs, given the paths of their files.
+
+    Raises:
+        UsageError: A path cannot stand in a workflow.
+    """
+    for path in odds:
+        if re.fullmatch(r"[\w ./+-]+", path, re.ASCII) is None:
+            raise UsageError(
+                f"{shown(path)} cannot stand in a workflow",
+                remedy="Call the file by letters, digits, spaces and _ . + - alone.",
+            )
     text = Template(_template(f"ci/{service.value}.yml.txt"))
-    return text.substitute(odds=", ".join(odds)).encode()
+    lines = [json.dumps({"ODD": name, "FILE": path}) for name, path in unique_names(odds).items()]
+    return text.substitute(odds="\n".join(f"{_ITEM[service]}- {line}" for line in lines)).encode()
+
+
+def unique_names(odds: Sequence[str]) -> dict[str, str]:
+    """Name ODDs for caches and artefacts, after their files: a name a path.
+
+    >>> unique_names(["odd/a.yaml", "odd/sub/a.yml", "odd/a.yml"])
+    {'a': 'odd/a.yaml', 'sub-a': 'odd/sub/a.yml', 'a-2': 'odd/a.yml'}
+    """
+    names: dict[str, str] = {}
+    for path in odds:
+        stem = "-".join(re.split(r"[/ ]", path.removeprefix("odd/").rpartition(".")[0]))
+        taken = sum(name == stem or name.startswith(f"{stem}-") for name in names)
+        names[stem if stem not in names else f"{stem}-{taken + 1}"] = path
+    return names
 
 
 def project_files() -> dict[str, bytes]:

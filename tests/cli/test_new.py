@@ -212,24 +212,28 @@ def test_workflow_runs_every_odd_and_is_yaml(adeye: Any, folder: Path, service: 
     done = adeye("init", "new", "--ci", service.value).ok
     assert f"wrote new/{place[service]}" in done.err
     assert "Next: cd new && adeye run odd/first.yaml" in done.out
-    (folder / "odd").mkdir()
-    for name in ("a", "b"):
-        (folder / "odd" / f"{name}.yaml").write_text("")
+    (folder / "odd" / "sub" / "concepts").mkdir(parents=True)
+    files = ("odd/a.yaml", "odd/b c.yml", "odd/sub/a.yaml")
+    for name in files:
+        (folder / name).write_text(f"# An ODD\nodd: {Path(name).stem}\n")
+    (folder / "odd" / "sub" / "concepts" / "c.yaml").write_text("concept: c\n")
     done = adeye("init", "--ci", service.value).ok
     assert (done.out, done.err) == ("", f"wrote {place[service]}\n")
     text = (folder / place[service]).read_text("utf-8")
     read = yaml.safe_load(text)
     job = read["jobs"]["odd"] if service is Service.github else read["safety"]
-    odds = (
-        job["strategy"]["matrix"]["odd"]
-        if "strategy" in job
-        else job["parallel"]["matrix"][0]["ODD"]
+    listed = (
+        job["strategy"]["matrix"]["include"] if "strategy" in job else job["parallel"]["matrix"]
     )
-    assert odds == ["a", "b"]
+    assert [item["FILE"] for item in listed] == list(files)
+    assert [item["ODD"] for item in listed] == ["a", "b-c", "sub-a"]
     assert "$$" not in text
-    assert "adeye run odd/$" in text
+    assert 'adeye run "$' in text
     assert "--junit" in text
     assert "already there" in adeye("init", "--ci", service.value).refused
+    (folder / "odd" / "a$(b).yaml").write_text("odd: a\n")
+    (folder / place[service]).unlink()
+    assert "cannot stand in a workflow" in adeye("init", "--ci", service.value).refused
 
 
 @pytest.mark.slow

@@ -350,7 +350,7 @@ def test_only_a_contact_that_no_named_driver_avoids_is_set_aside(
     ],
 )
 def test_what_is_left_without_unpreventable_contacts_has_the_code_of_that(
-    monkeypatch: pytest.MonkeyPatch, verdict: Verdict, kind: Kind, decides: bool
+    monkeypatch: pytest.MonkeyPatch, verdict: Verdict, kind: Kind, *, decides: bool
 ) -> None:
     monkeypatch.setattr(totals, "preventable_by", lambda *_: ("cc",))
     monkeypatch.setattr(totals, "without_unpreventable", lambda *_: (verdict, "unpreventable"))
