@@ -37,8 +37,15 @@ def point(case: TestCase) -> tuple[float, float, str]:
 
 
 @pytest.fixture(scope="module")
-def project(tmp_path_factory: pytest.TempPathFactory) -> Project:
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Project:
     return Project(tmp_path_factory.mktemp("where") / "project", SAFE)
+
+
+@pytest.fixture
+def project(folder: Project) -> Project:
+    """The safe ODD, whatever a test before has made of it."""
+    folder.write("odd/tested.yaml", SAFE)
+    return folder
 
 
 def narrowed(project: Project, found: Separation) -> CampaignPlan:
@@ -63,7 +70,6 @@ REGIONS: dict[str, Callable[[TestCase], bool]] = {
 def test_planning_with_what_is_said_gives_exactly_the_failures(
     project: Project, region: str
 ) -> None:
-    project.write("odd/tested.yaml", SAFE)
     plan = project.plan()
     fails = REGIONS[region]
     site = planted(plan, lambda case: FAIL if fails(case) else PASS)
@@ -92,7 +98,6 @@ def named(case: TestCase) -> NamedCase:
 
 
 def test_what_no_box_holds_is_told_by_several_with_what_each_misses(project: Project) -> None:
-    project.write("odd/tested.yaml", SAFE)
 
     def fails(case: TestCase) -> bool:
         return point(case)[2] != "none" or point(case)[0] < 21.0
@@ -104,7 +109,6 @@ def test_what_no_box_holds_is_told_by_several_with_what_each_misses(project: Pro
 
 
 def test_failure_that_no_three_axes_hold_apart_has_no_condition(project: Project) -> None:
-    project.write("odd/tested.yaml", SAFE)
     plan = project.plan()
     site = planted(plan, lambda case: FAIL if case == plan.cases[0] else PASS)
     (found,) = site.separations
@@ -113,7 +117,6 @@ def test_failure_that_no_three_axes_hold_apart_has_no_condition(project: Project
 
 
 def test_what_is_no_pass_is_never_counted_as_one(project: Project) -> None:
-    project.write("odd/tested.yaml", SAFE)
     others = {24.0: INCONCLUSIVE, 28.0: INVALID, 32.0: VACUOUS, 40.0: NOT_RUN}
     site = planted(project.plan(), lambda case: others.get(point(case)[0], FAIL))
     assert site.separations == ()
@@ -146,7 +149,6 @@ def test_axis_of_a_fault_is_told_of_the_test_cases_that_have_it(project: Project
 
 
 def test_axis_along_which_the_verdict_turns_twice_is_not_monotone(project: Project) -> None:
-    project.write("odd/tested.yaml", SAFE)
     plan = project.plan()
     for fails, trend, turning in (
         (lambda gap: gap == 28.0, "not monotone", 18),
