@@ -25,7 +25,7 @@ from adeye.store.read.export import open_export
 from adeye.store.read.query import DEFAULT_ROWS, DEFAULT_SECONDS, run_query
 from adeye.store.read.saved import SAVED
 from adeye.store.repository import Repository
-from adeye.units import shown
+from adeye.units import MOST_TOLERANCE, shown
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -308,8 +308,19 @@ def gate(
         db: Database, by default ``.adeye/adeye.db``.
 
     Raises:
-        adeye.errors.AdeyeError: There is no such campaign or baseline, or it was edited.
+        adeye.errors.AdeyeError: There is no such campaign or baseline, or it was edited; or a
+            tolerance is none, or there is no baseline that it could be about.
     """
+    written: Mapping[Any, Any] = tolerances
+    for name, size in written.items():
+        is_size = isinstance(size, int | float) and not isinstance(size, bool)
+        if not (isinstance(name, str) and is_size and 0.0 <= size <= MOST_TOLERANCE):
+            raise UsageError(
+                f"the tolerance of {name!r} is no size from 0 to {MOST_TOLERANCE:,}",
+                remedy="Give numbers by unit or by id of an FSR, such as {'m': 0.05}.",
+            )
+    if tolerances and baseline is None:
+        raise UsageError("tolerances are about a baseline", remedy="Give baseline=FILE, too.")
     options = GateOptions(
         baseline=None if baseline is None else Path(baseline),
         tolerances=Tolerances.given(tolerances),

@@ -299,3 +299,19 @@ def test_version_of_the_package_is_that_of_the_distribution() -> None:
     except PackageNotFoundError:
         pytest.skip("adeye is not installed here, only on the path")
     assert installed == __version__
+
+
+@pytest.mark.parametrize(
+    "tolerances",
+    [{"m": "0.1"}, {"m": True}, {"m": math.nan}, {"m": -1.0}, {1: 0.1}, {"m": 10**400}],
+)
+def test_tolerance_that_is_no_size_is_refused(mini: Executed, tolerances: Any) -> None:
+    says = "is no size"
+    refused(UsageError, adeye.gate, db=mini.db, baseline="b.json", tolerances=tolerances, says=says)
+    refused(UsageError, adeye.gate, db=mini.db, tolerances={"m": 0.1}, says="about a baseline")
+
+
+def test_report_is_as_true_as_its_gate(mini: Executed) -> None:
+    found = adeye.report(db=mini.db)
+    for code in ExitCode:
+        assert bool(found.model_copy(update={"exit_code": code})) is (code is ExitCode.OK)

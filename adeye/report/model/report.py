@@ -320,6 +320,10 @@ class Report(Part):
         counted = f"{self.accounted:,} of {self.planned:,} test cases"
         return f"<Report {self.campaign[:10]}: {counted}, {self.exit_code.name}>"
 
+    def __bool__(self) -> bool:
+        """Be as true as the gate."""
+        return self.answer[0] is ExitCode.OK
+
     @agrees
     def _refers_to_what_it_has(self) -> Iterator[str]:
         fsrs = _unique("fsrs", (fsr.id for fsr in self.fsrs))
