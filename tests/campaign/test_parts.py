@@ -24,7 +24,7 @@ from adeye.spec.load import load_architecture, load_odd
 from adeye.store.tables import METRIC_IDS
 from adeye.testing import zoo
 from tests.conftest import MakeProject
-from tests.project import CANDIDATE, CONCEPT, MINI, Project
+from tests.project import CANDIDATE, CONCEPT, MINI, Project, one_scenario
 from tests.refusals import refused
 from tests.sql import rows
 from tests.stored import known, stored
@@ -627,3 +627,22 @@ def test_copy_of_the_same_size_and_time_is_noticed(watched: Project, tmp_path: P
 
 def test_campaign_without_plugins_has_nothing_to_compare(make_project: MakeProject) -> None:
     assert not delivered.Unchanged(make_project().plan())._seen
+
+
+def test_setting_that_a_metric_changes_while_it_measures_ends_the_campaign(
+    make_project: MakeProject,
+) -> None:
+    """What another metric finds in a module of both would hang on which of them came first."""
+    project = make_project(one_scenario())
+    folder = project.folder / "odd"
+    (folder / "setting_of_two.py").write_text("GAIN = {'speed': 1.0}\n")
+    beside = (
+        "import os, sys\nsys.path.insert(0, os.path.dirname(__file__))\nimport setting_of_two\n"
+    )
+    (folder / "reads.py").write_text(beside + METRIC)
+    other = METRIC.replace("top_speed", "other_speed").replace("TopSpeed", "Other")
+    set_late = "        setting_of_two.GAIN['speed'] = 2.0\n        speed = "
+    (folder / "sets.py").write_text(beside + other.replace("        speed = ", set_late))
+    with project.edited("odd/tested.yaml") as odd:
+        odd["plugins"] = ["./reads.py:TopSpeed", "./sets.py:Other"]
+    refused(SpecError, project.run, says=r"GAIN\['speed'\] in it is not what its source says")
