@@ -16,6 +16,8 @@ import struct
 import sys
 import time
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from functools import cache, lru_cache
 from glob import escape
 from importlib.machinery import ModuleSpec, SourceFileLoader, all_suffixes
@@ -49,6 +51,8 @@ _SHARED: Final[dict[tuple[str, str], dict[str, dict[str, Held]]]] = {}
 by name and hash of the module's file."""
 _AS_WRITTEN: Final[dict[tuple[str, str], dict[str, Held]]] = {}
 """The variables of such a module as its source alone makes them."""
+_USED: Final = ContextVar[set[tuple[str, str]]]("_USED")
+"""The modules of the parts that were loaded in a ``settings_kept``, by name and hash."""
 _ANYTHING: Final = Held(is_plain=False, told="?")
 NAMES: Final = ">"
 """Between a source and a file that it names, in the label of that."""
@@ -644,27 +648,43 @@ def require_own_state(name: str, helpers: frozenset[str]) -> None:
             for part, left in users if len(users) > 1 else ():
                 _require_same(part, key, module, left, is_whole=True)
         require_as_written(keys - new)
+        _USED.get(set()).update(keys)
     except SpecError:
         for key in new:  # it is no user: whoever tries again hears the same
             _SHARED[key].pop(name, None)
         raise
 
 
-def require_as_written(keys: Iterable[tuple[str, str]] | None = None) -> None:
-    """Refuse a module that several parts use and whose settings one of them has changed.
-
-    Settings are numbers, texts and arrays, also within tables, records and classes.
-
-    What is added to a table may be kept there, as whatever else was computed.
-
-    Args:
-        keys: Names and hashes of the modules that are looked at; None for all that parts share.
+@contextmanager
+def settings_kept() -> Iterator[None]:
+    """Refuse, at its end, a module whose settings changed while the parts loaded in it computed.
 
     Raises:
         SpecError: A variable is not what the source says.
     """
-    asked = list(_SHARED if keys is None else keys)
-    for key, module in _modules_in_memory({key for key in asked if len(_SHARED[key]) > 1}):
+    used: set[tuple[str, str]] = set()
+    before = _USED.set(used)
+    try:
+        yield
+    finally:
+        _USED.reset(before)
+    require_as_written(used)
+
+
+def require_as_written(keys: Iterable[tuple[str, str]]) -> None:
+    """Refuse a module that several parts use and whose settings one of them has changed.
+
+    Settings are numbers, texts and arrays, also within tables, records and classes. What is added
+    to a table may be kept there, as whatever else was computed.
+
+    Args:
+        keys: Names and hashes of the modules that are looked at.
+
+    Raises:
+        SpecError: A variable is not what the source says.
+    """
+    shared = {key for key in keys if len(_SHARED[key]) > 1}
+    for key, module in _modules_in_memory(shared):
         _require_same(min(_SHARED[key]), key, module, variables_of(vars(module)), is_whole=False)
 
 

@@ -873,6 +873,14 @@ def test_two_parts_that_set_a_variable_are_refused_though_the_last_one_sets_what
         refused(SpecError, load_part, f"./{order[1]}.py:Mine", folder, says=says)
 
 
+def loaded_and(folder: Path, *parts: str, then: str = "") -> None:
+    """Load parts as a block of test cases does, and do what one of them would."""
+    with plugin_code.settings_kept():
+        for part in parts:
+            load_part(f"./{part}.py:Mine", folder)
+        exec(then, dict(sys.modules))  # noqa: S102
+
+
 @pytest.mark.parametrize(
     ("helper", "writes"),
     [
@@ -895,13 +903,12 @@ def test_what_is_set_while_parts_compute_is_refused(
     monkeypatch.setattr(plugin_code, "_SHARED", {})
     name = "late_" + hashlib.sha256(f"{helper}{writes}".encode()).hexdigest()[:8]
     of_one_helper(folder, name, f"{helper}\n", sets=f"import {name}", reads=f"import {name}")
-    for part in ("sets", "reads"):
-        load_part(f"./{part}.py:Mine", folder)
-    plugin_code.require_as_written()
-    exec(writes.format(name), {name: sys.modules[name]})  # noqa: S102 - as a part would
+    loaded_and(folder, "sets", "reads")
     says = "is not what its source says"
-    refused(SpecError, plugin_code.require_as_written, says=says)
+    # As a part would while it computes.
+    refused(SpecError, loaded_and, folder, "reads", then=writes.format(name), says=says)
     refused(SpecError, load_part, "./reads.py:Mine", folder, says=says)
+    loaded_and(folder)  # nobody else is to suffer
 
 
 @pytest.mark.parametrize("is_first", [True, False])
@@ -952,13 +959,9 @@ def test_module_of_both_that_nobody_changes_may_keep_what_it_computes(
     of_one_helper(
         folder, "kept_by_both", helper, one="import kept_by_both", two="import kept_by_both"
     )
-    for part in ("one", "two", "one"):
-        load_part(f"./{part}.py:Mine", folder)
-    kept = sys.modules["kept_by_both"]
-    kept.gain(3.0)
-    plugin_code.require_as_written()
+    loaded_and(folder, "one", "two", "one", then="kept_by_both.gain(3.0)")
     load_part("./two.py:Mine", folder)
     # A number is a setting, which whoever measures next would find.
-    kept.count()
     says = "CALLS in it is not what its source says"
-    refused(SpecError, plugin_code.require_as_written, says=says)
+    counts = "kept_by_both.count()"
+    refused(SpecError, loaded_and, folder, "two", then=counts, says=says)

@@ -29,7 +29,7 @@ from adeye.judge.requirements import JUDGE_VERSION, compile_requirement, require
 from adeye.judge.trace_signals import TraceSignals
 from adeye.kernel.jit import is_cache_warm, mark_cache_warm
 from adeye.kernel.relation import tick_times
-from adeye.plugin_code import require_as_written
+from adeye.plugin_code import settings_kept
 from adeye.simulate.engine import run as run_batch
 from adeye.simulate.recorder import Memory
 from adeye.spec.channels import Channel, OutsideChannel, RemoteChannel, SafetyChannel
@@ -317,10 +317,10 @@ def _execute(task: BatchTask) -> BatchResult:
     if not cases:
         return BatchResult()
     context = task.context
-    use_plugin_metrics(context.metrics, context.odd_folder)
-    trace = context.drive(cases, memory=_memory())
-    evaluation = evaluate(trace, cases, context.requirements, context.faults)
-    require_as_written()
+    with settings_kept():
+        use_plugin_metrics(context.metrics, context.odd_folder)
+        trace = context.drive(cases, memory=_memory())
+        evaluation = evaluate(trace, cases, context.requirements, context.faults)
     engines = [context.engines[case.architecture.architecture] for case in cases]
     files = keep_traces(trace, evaluation, context.keep)
     everything = describe(trace, evaluation, engines, files, paced=context.pace is not None)
