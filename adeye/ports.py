@@ -463,7 +463,8 @@ class MetricColumn:
     """A metric of B runs.
 
     Attributes:
-        value: (B,) in the metric's unit; meaningless where the status is not ``value``.
+        value: (B,) in the metric's unit; beside ``incomplete`` how bad it is at least, or NaN; of
+            the other statuses meaningless.
         status: (B,) words: value, no_conflict, not_applicable, undefined, incomplete, error.
         time: (B,) time of the worst case [s], NaN if there is none.
         actor: (B,) object index of the worst case, -1 if there is none.

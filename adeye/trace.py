@@ -116,6 +116,7 @@ class Layout:
         horizon: Obligations start within it [s].
         tail: What is simulated after it [s].
         realised: Storyboard events that must begin within the horizon.
+        moved: The object that each storyboard event moves, in the order of the context's.
     """
 
     scenario: str
@@ -129,6 +130,7 @@ class Layout:
     horizon: float
     tail: float
     realised: tuple[str, ...]
+    moved: tuple[int, ...] = ()
 
     @property
     def lidars(self) -> tuple[str, ...]:

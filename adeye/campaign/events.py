@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from adeye.judge.metrics.perception import measuring_sensors
-from adeye.signals import NO_CHANNEL, REASON_HANDOVER, REASON_LABELS, STATUS_LABELS
+from adeye.signals import (
+    NO_CHANNEL,
+    OBJECT_SPEED,
+    PLACE_D,
+    REASON_HANDOVER,
+    REASON_LABELS,
+    STATUS_LABELS,
+)
 from adeye.store.block import EventBlock
 from adeye.store.encoding import Dictionary, Texts
 
@@ -20,6 +27,10 @@ if TYPE_CHECKING:
     from adeye.signals import Bools, Floats, Ints
     from adeye.trace import Trace
 
+IDLE: Final = " begins, and changes nothing"
+"""What follows the name of an event that leaves its actor as it was."""
+_NO_CHANGE: Final = 1e-6
+"""Of a speed [m/s] and a lateral place [m]: below it lies rounding."""
 _KINDS = ("channel", "contact", "fault", "monitor", "sensor", "storyboard", "switch")
 
 
@@ -93,14 +104,47 @@ def happenings(trace: Trace, critical: Ints | None = None) -> EventBlock:
 
 
 def _storyboard(trace: Trace, found: _Found) -> None:
-    begun = trace["begun"][np.arange(trace.runs), trace.length - 1]
+    begun: Floats = trace["begun"][np.arange(trace.runs), trace.length - 1].astype(np.float64)
     for index, name in enumerate(trace.layout.context.event_ids):
         runs = np.flatnonzero(np.isfinite(begun[:, index]))
-        found.add("storyboard", name, f"{name} begins", runs, begun[runs, index])
+        is_idle = _changes_nothing(trace, begun, index)[runs]
+        for chosen, text in ((runs[~is_idle], f"{name} begins"), (runs[is_idle], name + IDLE)):
+            found.add("storyboard", name, text, chosen, begun[chosen, index])
         lost = np.flatnonzero(np.isinf(begun[:, index]))
         times = trace.time[np.isinf(trace["begun"][lost, :, index]).argmax(axis=1)]
         text = f"{name} is lost: a later event takes its place at the same time"
         found.add("storyboard", name, text, lost, times)
+
+
+def _changes_nothing(trace: Trace, begun: Floats, index: int) -> Bools:
+    """Tell in which runs (B,) an event leaves its actor's speed and lateral place as they were.
+
+    It has until another event of the actor begins, or the run ends; without a row for it nothing is
+    known.
+
+    Args:
+        trace: The batch.
+        begun: (B, E) when each event began [s]; NaN where it did not, inf where it was lost.
+        index: Of the event.
+    """
+    is_idle = np.zeros(trace.runs, dtype=np.bool_)
+    moved = trace.layout.moved
+    if not moved:
+        return is_idle
+    rows = np.arange(trace.time.shape[0])
+    speed = trace["objects"][:, :, moved[index], OBJECT_SPEED]
+    place = trace["object_places"][:, :, moved[index], PLACE_D]
+    others = begun[:, np.array(moved) == moved[index]]
+    for run in np.flatnonzero(np.isfinite(begun[:, index])):
+        since, later = begun[run, index], others[run]
+        later = later[np.isfinite(later) & (later > since)]
+        until = later.min(initial=trace.time[trace.length[run] - 1])
+        step = trace.layout.context.step
+        first, last = (round(float(time) / step) for time in (since, until))
+        own = (rows >= first) & (rows <= last)
+        changes = [np.ptp(column[run, own]) for column in (speed, place)]
+        is_idle[run] = last > first and max(changes) <= _NO_CHANGE
+    return is_idle
 
 
 def _flags(

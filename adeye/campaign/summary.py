@@ -80,6 +80,7 @@ class CampaignSummary:
         contacts: Runs that a contact ended, by architecture.
         elsewhere: Test cases that other runners executed meanwhile.
         never_began: Storyboard events that need not begin, and did in no run.
+        idle_events: Storyboard events that changed nothing in each run in which they began.
     """
 
     campaign: str
@@ -99,6 +100,7 @@ class CampaignSummary:
     channel_failures: tuple[ChannelFailure, ...] = ()
     contacts: Mapping[str, int] = field(default_factory=dict)
     never_began: tuple[str, ...] = ()
+    idle_events: tuple[str, ...] = ()
     elsewhere: int = 0
 
     def __repr__(self) -> str:
@@ -150,5 +152,8 @@ def summarise(
         never_began=tuple(
             f"{event} of {scenario}"
             for scenario, event, _ in repository.unbegun_events(campaign.id)
+        ),
+        idle_events=tuple(
+            f"{event} of {scenario}" for scenario, event in repository.idle_events(campaign.id)
         ),
     )

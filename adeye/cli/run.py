@@ -168,7 +168,7 @@ def document(summary: CampaignSummary) -> dict[str, object]:
         "rejudged_from": dict(summary.ways),
         "exit_code": int(summary.exit_code),
         "message": summary.message,
-        **out.fields_of(summary, "contacts", "channel_failures", "never_began"),
+        **out.fields_of(summary, "contacts", "channel_failures", "never_began", "idle_events"),
         "verdicts": ordered(summary.verdicts),
     }
 
@@ -376,8 +376,14 @@ def _tell_after(summary: CampaignSummary, wanted: Wanted, *, quiet: bool) -> Non
     if wanted == "all" and summary.reused:
         untold = f"no trace is kept now of {summary.reused:,} results that were there already"
         out.talk(f"note: {untold}; for their traces run into a new database: --db NEW")
-    if summary.never_began and summary.exit_code is not ExitCode.OK and not quiet:
-        out.talk(out.clean(f"note: began in no run: {', '.join(summary.never_began)}", lines=True))
+    if summary.exit_code is ExitCode.OK or quiet:
+        return
+    for what, events in (
+        ("began in no run", summary.never_began),
+        ("changed nothing in any run", summary.idle_events),
+    ):
+        if events:
+            out.talk(out.clean(f"note: {what}: {', '.join(events)}", lines=True))
 
 
 def report(

@@ -370,8 +370,11 @@ class Frame:
             error = _CODES[statuses.ERROR]
             status = np.where(status == error, error, _CODES[statuses.NOT_APPLICABLE])
         is_free = status == _CODES[statuses.NO_CONFLICT]
-        has_value = is_free | (status == _CODES[statuses.VALUE])
         value = np.asarray(column.value, dtype=np.float64)[runs]
+        # The worst so far can only get worse, which a bound on the other side would call better.
+        is_so_far = (status == _CODES[statuses.INCOMPLETE]) & np.isfinite(value)
+        is_so_far &= bound.is_lower is (metric.worse == "lower")
+        has_value = is_free | (status == _CODES[statuses.VALUE]) | is_so_far
         is_finite = is_free | np.isfinite(value)
         margin, is_free = bound.margins(value, is_free)
         is_error = (status == _CODES[statuses.ERROR]) | (
@@ -380,7 +383,8 @@ class Frame:
         status = np.where(has_value & is_free, _CODES[statuses.NO_CONFLICT], status)
         has_value &= ~is_error
         by_contact = self.by_contact[runs]
-        is_open = by_contact & (not metric.settles) & (margin >= 0.0)
+        is_open = ((by_contact & (not metric.settles)) | is_so_far) & (margin >= 0.0)
+        status = np.where(is_so_far & ~is_open, _CODES[statuses.VALUE], status)
         # What never applied might have, had the contact not ended the run.
         is_vacuous = (status == _CODES[statuses.NOT_APPLICABLE]) & ~by_contact
         verdict = np.select(

@@ -170,6 +170,7 @@ def layout_of(
         faults: Ids of their faults.
     """
     first = cases[0]
+    events, places = first.scenario.storyboard, context.object_ids.index
     return Layout(
         scenario=first.scenario_id,
         architecture=first.architecture,
@@ -182,4 +183,5 @@ def layout_of(
         horizon=first.scenario.horizon,
         tail=first.scenario.tail,
         realised=first.scenario.realised,
+        moved=tuple(places(events[name].actor) for name in context.event_ids),
     )

@@ -22,6 +22,7 @@ NUMBERS: Final = ("robustness_low", "robustness_high", "margin", "time_s", "valu
 """Columns of the numbers of a verdict, in their order."""
 _TEXTS: Final = ("fsr_id", "fsr_digest", "unit", "signal", "predicate", "actor", "detail")
 _VALUE: Final = STATUSES.index("value")
+_INCOMPLETE: Final = STATUSES.index("incomplete")
 _BAD: Final = (VERDICTS.index(Verdict.FAIL), VERDICTS.index(Verdict.ERROR))
 
 
@@ -62,7 +63,8 @@ class MetricBlock(Columns):
 
     Attributes:
         ids: K ids.
-        value: (B, K) in the metric's unit, NaN unless the status is ``value``.
+        value: (B, K) in the metric's unit, NaN unless the status is ``value``, or perhaps
+            ``incomplete``.
         status: (B, K) index into the statuses of metrics.
         time_s: (B, K) time of the worst case, NaN for none [s].
         actor: (B, K) index into ``actors``.
@@ -78,10 +80,11 @@ class MetricBlock(Columns):
 
     def __post_init__(self) -> None:
         has_value = np.isfinite(self.value)
-        if ((self.status == _VALUE) != has_value).any() or np.isinf(self.value).any():
-            run, place = np.argwhere(((self.status == _VALUE) != has_value) | np.isinf(self.value))[
-                0
-            ]
+        is_wrong = (self.status == _VALUE) != has_value
+        is_wrong &= ~((self.status == _INCOMPLETE) & has_value)
+        is_wrong |= np.isinf(self.value)
+        if is_wrong.any():
+            run, place = np.argwhere(is_wrong)[0]
             msg = (
                 f"metric {self.ids[place]}: value {self.value[run, place]} does not fit status "
                 f"{STATUSES[self.status[run, place]]!r}"

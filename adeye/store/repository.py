@@ -27,7 +27,7 @@ from adeye.store.evidence.roots import Evidence
 from adeye.store.location import Location, Place, locate
 from adeye.store.read import campaigns as stored
 from adeye.store.read.bulk import read_compared, read_figures, read_made
-from adeye.store.read.checking import injected_faults, unbegun_events
+from adeye.store.read.checking import idle_events, injected_faults, unbegun_events
 from adeye.store.read.rejudging import Again
 from adeye.store.records import DatabaseInfo, Finding
 from adeye.store.write import content, merge, planning
@@ -149,6 +149,7 @@ class Repository(Door):
     failed_channels = reading(stored.failed_channels)
     contacts = reading(stored.contacts)
     unbegun_events = reading(unbegun_events)
+    idle_events = reading(idle_events)
     injected_faults = reading(injected_faults)
     find_run = reading(stored.find_run)
     run_row = reading(stored.run_row)

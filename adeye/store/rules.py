@@ -64,6 +64,13 @@ UNBEGUN_EVENT: Final = Rule(
     has_view=False,
     needs_evidence=True,
 )
+IDLE_EVENT: Final = Rule(
+    "idle_event",
+    "An event left its actor as it was in each run in which it began.",
+    "Let it ask for another speed or place than the actor has, or take it out.",
+    has_view=False,
+    needs_evidence=True,
+)
 
 CAMPAIGN_RULES: Final = (
     *_viewed(
@@ -82,6 +89,7 @@ CAMPAIGN_RULES: Final = (
         needs_evidence=True,
     ),
     UNBEGUN_EVENT,
+    IDLE_EVENT,
 )
 """Rules about what is planned and what the runs gave."""
 

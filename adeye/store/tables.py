@@ -580,10 +580,15 @@ def make_metric_table(name: str, into: MetaData, metric_ids: Sequence[str]) -> T
             *numbers(f"{metric_id}_time_s"),
             *texts(f"{metric_id}_actor", null=True),
         ]
-        empty = " ".join(f"WHEN '{word}' THEN {metric_id} IS NULL" for word in METRIC_STATUSES[1:])
-        value = f"WHEN 'value' THEN {metric_id} IS NOT NULL"
+        needs = dict.fromkeys(METRIC_STATUSES, f"{metric_id} IS NULL")
+        # It may tell how bad it is at least.
+        needs |= {
+            "value": f"{metric_id} IS NOT NULL",
+            "incomplete": f"{metric_id}_status IS NOT NULL",
+        }
+        cases = " ".join(f"WHEN '{word}' THEN {need}" for word, need in needs.items())
         for dialect, nothing in (("sqlite", "0"), ("postgresql", "FALSE")):
-            rule = f"CASE {metric_id}_status {value} {empty} ELSE {nothing} END"
+            rule = f"CASE {metric_id}_status {cases} ELSE {nothing} END"
             checks.append(CheckConstraint(rule, name=metric_id).ddl_if(dialect=dialect))
     return Table(name, into, _run_number(run.c.number), *columns, row_hash_column(), *checks)
 

@@ -159,3 +159,31 @@ def test_event_that_lost_against_another_did_not_begin(trace: Trace) -> None:
     (event,) = of_kind(changed(trace, begun=begun), "storyboard")
     assert event.time_s == trace.time[5]
     assert event.text == "change_speed is lost: a later event takes its place at the same time"
+
+
+@pytest.mark.parametrize(
+    ("moves", "says"),
+    [
+        ([], "cut_in begins, and changes nothing"),
+        ([("objects", 3, 6, 1e-3)], "cut_in begins"),
+        ([("object_places", 1, 19, -1e-3)], "cut_in begins"),
+        # What moves before it, or by a later event of the same actor, is not its doing.
+        ([("objects", 3, 2, 1.0)], "cut_in begins, and changes nothing"),
+        ([("objects", 3, 25, 1.0)], "cut_in begins, and changes nothing"),
+    ],
+)
+def test_event_that_leaves_its_actor_as_it_was_says_so(
+    trace: Trace, moves: list[tuple[str, int, int, float]], says: str
+) -> None:
+    names = trace.layout.context.event_ids
+    actor = trace.layout.moved[names.index("cut_in")]
+    begun = np.full_like(trace["begun"][:1], np.nan)
+    begun[:, 5:, names.index("cut_in")] = trace.time[5]
+    begun[:, 20:, names.index("change_speed")] = trace.time[20]
+    columns = {name: trace[name][:1].copy() for name in ("objects", "object_places")}
+    columns["objects"][..., actor, 3] = 20.0
+    columns["object_places"][..., actor, 1] = 5.25
+    for name, quantity, row, by in moves:
+        columns[name][:, row, actor, quantity] += by
+    first, *_ = of_kind(changed(trace, begun=begun, **columns), "storyboard")
+    assert first.text == says

@@ -16,7 +16,7 @@ from adeye.store.read.checking import Checked, Violation
 from adeye.store.repository import Repository
 from adeye.store.rules import RULES
 from tests.conftest import MakeProject
-from tests.project import CONCEPT, Executed, Project
+from tests.project import CONCEPT, Executed, Project, one_scenario
 from tests.stored import known
 
 # --- checking files and what is stored of them: what is found, and where in the files it is
@@ -195,6 +195,18 @@ def test_run_of_faults_and_events_that_never_come_is_not_green(project: Project)
     assert verdicts["FSR-01"].exercised * 2 == verdicts["FSR-01"].runs
     found = {(item.rule, item.id, item.detail) for item in find(project, project.db)}
     assert ("unbegun_event", "cut_in", "change_speed began in no run") in found
+
+
+def test_event_that_changes_nothing_is_told(make_project: MakeProject) -> None:
+    """A run of it is realised, and shows nothing about who cuts in."""
+    project = make_project(one_scenario())
+    with project.edited("scenarios_db/motorway/cut_in.yaml") as scenario:
+        scenario["storyboard"]["cut_in"]["lane_change"] = {"by": "0 m", "lateral_speed": "1 m/s"}
+    summary = project.run()
+    assert summary.idle_events == ("cut_in of cut_in",)
+    found = {(item.rule, item.id, item.detail) for item in find(project, project.db)}
+    assert ("idle_event", "cut_in", "cut_in changed nothing in any run") in found
+    assert {row["outcome"] for row in project.rows()} == {"completed"}
 
 
 # --- coverage of a plan and of its campaign: equal once everything is executed

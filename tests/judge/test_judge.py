@@ -296,6 +296,23 @@ def test_metric_without_a_value_is_vacuous_or_open(hand_made: Any) -> None:
     assert judged(hand_made(rows=1, tail_rows=0), jerk).verdict is INCONCLUSIVE
 
 
+def test_bound_on_what_may_still_get_worse_fails_or_is_open(hand_made: Any) -> None:
+    # A wall that matters for 1.8 s and is never detected: nobody knows what would have come then.
+    made = hand_made(objects=("wall",), rows=41, tail_rows=0).object("wall", s=100.0, speed=0.0)
+    for limit, verdict, low, detail in (
+        (1.7, FAIL, pytest.approx(-0.1), None),
+        (1.9, INCONCLUSIVE, -math.inf, "the run ended before the metric was complete"),
+    ):
+        found = judged(made, fsr(bound={"metric": "detection_latency_s", "at_most": limit}))
+        assert (found.verdict, found.robustness_low, found.detail) == (verdict, low, detail)
+        numbers = (found.value, found.margin, found.robustness_high)
+        assert numbers == pytest.approx((1.8, limit - 1.8, limit - 1.8))
+    # That it is late is no success, however late it is.
+    late = {"metric": "detection_latency_s", "at_least": 1.0, "unusual_side": True}
+    found = judged(made, fsr(bound=late))
+    assert (found.verdict, found.margin, found.value) == (INCONCLUSIVE, None, None)
+
+
 def test_metric_in_error_is_an_error(hand_made: Any) -> None:
     made = hand_made()
     made.columns["objects"][0, 9, 0, 3] = np.nan

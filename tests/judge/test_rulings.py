@@ -32,8 +32,17 @@ RUNS = list(
         STATUSES, (5.0, 10.0, 12.5, 400.0, -0.0), (False, True), (None, "not realised")
     )
 )
+SO_FAR = {5.0, 12.5}
+"""What an incomplete metric is at least; it does not tell the others."""
+
+
+def has_value(run: int) -> bool:
+    status, value, _, _ = RUNS[run]
+    return status == "value" or (status == "incomplete" and value in SO_FAR)
+
+
 COLUMN = MetricColumn(
-    np.array([value if status == "value" else NAN for status, value, _, _ in RUNS]),
+    np.array([RUNS[run][1] if has_value(run) else NAN for run in range(len(RUNS))]),
     tuple(status for status, _, _, _ in RUNS),
     np.array([1.5 if value > 5.0 else NAN for _, value, _, _ in RUNS]),
     tuple(1 if value > 10.0 else -1 for _, value, _, _ in RUNS),
@@ -66,7 +75,8 @@ def plainly(item: CheckedRequirement, run: int, least: float) -> Judgement:
     named = replace(empty, verdict=Verdict.ERROR, **says)
     if status == "error":
         return named
-    if status in {"value", "no_conflict"}:
+    gets_worse = bound.is_lower is (metric.worse == "lower")
+    if status in {"value", "no_conflict"} or (has_value(run) and gets_worse):
         found = with_margin(item, named, run)
     elif status == "not_applicable" and not contact:
         return replace(named, verdict=Verdict.VACUOUS)
@@ -89,16 +99,18 @@ def with_margin(item: CheckedRequirement, named: Judgement, run: int) -> Judgeme
     bound = known(item.bound)
     status, value, contact, _ = RUNS[run]
     metric = bound.metric
-    if status == "value" and metric.cap is not None and value - bound.limit > metric.cap:
+    if has_value(run) and metric.cap is not None and value - bound.limit > metric.cap:
         named = replace(named, detail=REASONS["no_conflict"])
         margin = metric.cap if bound.is_lower else -metric.cap
-    elif status == "value":
+    elif has_value(run):
         margin = value - bound.limit if bound.is_lower else bound.limit - value
     elif metric.cap is not None:
         margin = metric.cap if bound.is_lower else -metric.cap
     else:
         margin = -bound.limit if bound.is_lower else bound.limit
-    is_open = contact and not metric.settles and margin >= 0.0
+    is_open = margin >= 0.0 and ((contact and not metric.settles) or status == "incomplete")
+    if status == "incomplete" and not is_open:
+        named = replace(named, detail=None)
     verdict = Verdict.FAIL if margin < 0.0 else Verdict.PASS
     return replace(
         named,
@@ -107,7 +119,7 @@ def with_margin(item: CheckedRequirement, named: Judgement, run: int) -> Judgeme
         robustness_low=-math.inf if is_open else margin / metric.scale,
         robustness_high=margin / metric.scale,
         margin=margin,
-        value=value if status == "value" else None,
+        value=value if has_value(run) else None,
         time_s=None if math.isnan(COLUMN.time[run]) else float(COLUMN.time[run]),
         actor=FRAME.objects[COLUMN.actor[run]] if COLUMN.actor[run] >= 0 else None,
     )

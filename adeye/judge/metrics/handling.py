@@ -159,9 +159,9 @@ def distance_to_safe_state(series: TraceSeries) -> MetricColumn:
     return _interval(series, found.fault, way, found.safe, is_unknown=is_unknown)
 
 
-@_timed("adeye:handling.takeover_time@1", "s")
+@_timed("adeye:handling.takeover_time@2", "s")
 def takeover_time(series: TraceSeries) -> MetricColumn:
-    """Time from the first fault until authority first passes to another channel.
+    """Time from the first fault until authority passes from the default channel to another.
 
     It is incomplete where no handover follows before the run ends.
     """

@@ -10,14 +10,15 @@ it can stand (``kernel.encounter``), and half of its extent is to be seen from t
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from adeye.judge.conflict import are_finite
 from adeye.judge.metrics.handling import default_channel
-from adeye.judge.metrics.registry import column_of, metric_entry, object_entry
-from adeye.judge.metrics.scans import ERROR, NOT_APPLICABLE, VALUE, as_flags
+from adeye.judge.metrics.registry import StatusColumn, column_of, metric_entry, object_entry
+from adeye.judge.metrics.scans import ERROR, INCOMPLETE, NOT_APPLICABLE, VALUE, as_flags
 from adeye.judge.outcome import last_rows
 from adeye.kernel.boxes import box_distance, box_of
 from adeye.kernel.encounter import reachable_distance
@@ -82,13 +83,21 @@ def matters(
 
 
 @allocating
-def worst_latencies(
-    scene: Scene, gaps: Floats, ahead: Shorts, friction: Floats, detected: Bools, sensors: Ints
+def worst_latencies(  # noqa: PLR0913, PLR0917 - a kernel over the whole scene
+    scene: Scene,
+    horizon: Ints,
+    gaps: Floats,
+    ahead: Shorts,
+    friction: Floats,
+    detected: Bools,
+    sensors: Ints,
 ) -> tuple[Ints, Ints, Ints, Bytes]:
     """Find the object that a sensor has latest after it first mattered.
 
     Args:
         scene: The runs.
+        horizon: (B,) last row at which an obligation begins: what matters by then and is never
+            detected leaves the run incomplete.
         gaps: (B, T) to the nearest object in the path [m].
         ahead: (B, T) that object, -1 for none.
         friction: (B,).
@@ -130,7 +139,9 @@ def worst_latencies(
                 after = max(0, first - since[thing])
                 if after > late[run] or worst[run] < 0:
                     late[run], rows[run], worst[run] = after, max(first, since[thing]), thing
-                    codes[run] = VALUE
+                is_open = first == length[run] - 1 and since[thing] <= horizon[run]
+                if codes[run] != INCOMPLETE:
+                    codes[run] = INCOMPLETE if is_open else VALUE
     return late, rows, worst, codes
 
 
@@ -465,18 +476,30 @@ def first_detection_distance(series: TraceSeries) -> MetricColumn:
     return MetricColumn(column.value, column.status, time, found)
 
 
-@object_entry("adeye:perception.detection_latency@1", "s", "higher")
+@object_entry("adeye:perception.detection_latency@2", "s", "higher")
 def detection_latency(series: TraceSeries) -> MetricColumn:
     """Time from when an object first matters until a sensor has it; 0 if one has it before.
 
     Of several objects the latest counts; one that is never detected counts to the end of the run.
+    It is incomplete where such a one mattered by the horizon, and then the least that it can be.
     Not applicable without an object that matters (``relevance``) or a measuring sensor that is
     linked to a channel.
     """
     late, row, thing, codes = worst_latencies(
-        series.scene, *series.nearest, _friction(series), *_sensed(series)
+        series.scene,
+        series.trace.horizon_row,
+        *series.nearest,
+        _friction(series),
+        *_sensed(series),
     )
-    return column_of(series, codes, row, tick_times(late, series.step), thing)
+    found = column_of(
+        series,
+        np.where(codes == INCOMPLETE, VALUE, codes),
+        row,
+        tick_times(late, series.step),
+        thing,
+    )
+    return replace(found, status=StatusColumn(codes))
 
 
 @object_entry("adeye:perception.missed_time@1", "s", "higher")

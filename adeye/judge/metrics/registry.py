@@ -369,7 +369,8 @@ def _checked(metric: MetricDefinition, series: TraceSeries) -> MetricColumn:
     if not is_formed:
         return _one_by_one(metric, series)
     codes[(codes < 0) | ((codes == 0) & ~np.isfinite(values))] = CODES[ERROR]
-    values[codes != 0] = np.nan
+    # What is not complete may tell how bad it is at least.
+    values[~np.isfinite(values) | ~np.isin(codes, (CODES[VALUE], CODES[INCOMPLETE]))] = np.nan
     return MetricColumn(values, StatusColumn(codes), times, actor)
 
 

@@ -296,9 +296,10 @@ def safe_from(
 
 @allocating
 def first_takeovers(length: Ints, onset: Ints, authority: Bytes, default: int) -> Ints:
-    """Find the first row (B,) from the onset of a fault at which another channel acts.
+    """Find the first row (B,) from the onset of a fault at which another channel takes over.
 
-    Rows in which nobody acts are no takeover: the ego coasts there until one does.
+    Rows in which nobody acts are no takeover: the ego coasts there until one does. Neither is it
+    one that authority is given back to the channel that acts without a request.
 
     Args:
         length: (B,) rows that a run has.
@@ -320,9 +321,12 @@ def first_takeovers(length: Ints, onset: Ints, authority: Bytes, default: int) -
                 before = int(authority[run, row])
                 break
         for row in range(onset[run], length[run] - 1):
-            if authority[run, row] >= 0 and authority[run, row] != before:
+            if authority[run, row] < 0:
+                continue
+            if before == default != authority[run, row]:
                 rows[run] = row
                 break
+            before = int(authority[run, row])
     return rows
 
 

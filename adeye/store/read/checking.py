@@ -19,7 +19,7 @@ from adeye.store.ledger import insert_rows
 from adeye.store.location import Place, locate
 from adeye.store.read.campaigns import find_campaign, latest_campaign
 from adeye.store.records import CampaignInfo, CampaignRecord
-from adeye.store.rules import IDLE_FAULT, RULES, UNBEGUN_EVENT, Rule, check_view_ddl
+from adeye.store.rules import IDLE_EVENT, IDLE_FAULT, RULES, UNBEGUN_EVENT, Rule, check_view_ddl
 from adeye.store.schema import opened
 from adeye.store.tables import plain_digests
 from adeye.store.write.content import save_concept, save_content
@@ -168,6 +168,13 @@ def check_campaign(
                 for scenario, event, is_optional in unbegun_events(connection, campaign.id)
                 if not is_optional
             )
+        if IDLE_EVENT in rules:
+            found += tuple(
+                Violation(
+                    IDLE_EVENT.name, "scenario", scenario, f"{event} changed nothing in any run"
+                )
+                for scenario, event in idle_events(connection, campaign.id)
+            )
         return CampaignViolations(campaign, plain_digests(connection, campaign.id), found)
 
 
@@ -269,7 +276,7 @@ def unbegun_events(connection: Connection, campaign: str) -> tuple[tuple[str, st
     executed = runs.format("", "")
     began = runs.format(
         f"JOIN event e ON e.run_number = r.number AND {standing('r.result_digest')}",
-        "AND e.kind = 'storyboard' AND e.text LIKE '% begins' AND e.subject = ?",
+        "AND e.kind = 'storyboard' AND e.text LIKE '% begins%' AND e.subject = ?",
     )
     return tuple(
         (scenario, name, bool(written.get("optional")))
@@ -279,6 +286,32 @@ def unbegun_events(connection: Connection, campaign: str) -> tuple[tuple[str, st
         and connection.exec_driver_sql(executed, (campaign, scenario)).first()
         and not connection.exec_driver_sql(began, (campaign, scenario, name)).first()
     )
+
+
+def idle_events(connection: Connection, campaign: str) -> tuple[tuple[str, str], ...]:
+    """List the storyboard events that began and changed nothing, in each run in which they did.
+
+    Args:
+        connection: To the database.
+        campaign: Id of the campaign.
+
+    Returns:
+        Scenario and event.
+    """
+    began = (
+        "SELECT DISTINCT c.scenario, e.subject FROM campaign_case c "  # noqa: S608 - own words
+        "JOIN run r ON r.result_digest = c.result_digest JOIN event e ON e.run_number = r.number "
+        f"AND {standing('r.result_digest')} "
+        "WHERE c.campaign_id = ? AND e.kind = 'storyboard' AND e.text LIKE ?"
+    )
+    idle, real = (
+        {
+            (row[0], row[1])
+            for row in connection.exec_driver_sql(began, (campaign, f"% begins{end}"))
+        }
+        for end in (", and changes nothing", "")
+    )
+    return tuple(sorted(idle - real))
 
 
 def _odd_content(connection: Connection, campaign: str) -> dict[str, Any]:

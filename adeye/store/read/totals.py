@@ -508,18 +508,25 @@ def gate_code(
         from adeye.spec.fault import idle_faults
 
         beside += [f"fault {name} {reason}" for name, reason in idle_faults((), injected)]
-    if unbegun := _unbegun(repository, campaign):
-        beside.append(f"began in no run: {unbegun}")
+    beside += _empty_events(repository, campaign)
     also = [*contacts_in_words(repository, campaign), *beside, *map(str, told)]
     return code, _passed(campaign, aside, also)
 
 
-def _unbegun(repository: Repository, campaign: CampaignInfo) -> str:
-    """Name the events that began in no run, need not, and do not say so."""
-    found = repository.unbegun_events(campaign.id)
-    return ", ".join(
-        f"{event} of {scenario}" for scenario, event, optional in found if not optional
-    )
+def _empty_events(repository: Repository, campaign: CampaignInfo) -> list[str]:
+    """Name the events that began in no run, and do not say that they need not, or did nothing."""
+    unbegun = [
+        (*item,) for *item, is_optional in repository.unbegun_events(campaign.id) if not is_optional
+    ]
+    told = {
+        "began in no run": unbegun,
+        "changed nothing in any run": repository.idle_events(campaign.id),
+    }
+    return [
+        f"{what}: {', '.join(f'{event} of {scenario}' for scenario, event in found)}"
+        for what, found in told.items()
+        if found
+    ]
 
 
 def in_gate(

@@ -95,7 +95,21 @@ def test_latency_counts_from_when_the_object_matters_to_its_detection() -> None:
     to_the_end = pytest.approx(0.1 * (40 - MATTERS_FROM))
     for made in (nearing(), seen(nearing(), 0, sensor=1)):
         value, status, _, actor = latency(made)
-        assert (value, status, actor) == (to_the_end, "value", 0)
+        assert (value, status, actor) == (to_the_end, "incomplete", 0)
+
+
+def test_detected_object_does_not_stand_for_one_that_is_not() -> None:
+    # The lead is found late; the wall behind it matters at the end, for less time.
+    made = nearing("lead", "wall")
+    made.object("lead", d=np.where(np.arange(41) < 34, 5.25, 8.75), s=30.0 + 2.0 * np.arange(41))
+    made.object("wall", s=115.0)
+    made.columns["detected"][0, 9:, 0, 0] = True
+    made.horizon_row[:] = 34
+    found = (pytest.approx(0.9), "incomplete", pytest.approx(0.9), 0)
+    assert measure(made, "detection_latency_s") == found
+    # What begins to matter after the horizon asks for nothing.
+    made.horizon_row[:] = 33
+    assert measure(made, "detection_latency_s")[1] == "value"
 
 
 def test_far_object_does_not_matter_but_on_a_slippery_road_nor_does_one_beside_the_path() -> None:

@@ -67,7 +67,8 @@ def test_every_metric_of_an_uneventful_run_is_well_formed(hand_made: Any) -> Non
         assert len(column.status) == len(column.actor) == 3
         for run, status in enumerate(column.status):
             assert status in STATUSES, name
-            assert np.isfinite(column.value[run]) == (status == "value"), name
+            if status != "incomplete":  # which may tell the least that it is
+                assert np.isfinite(column.value[run]) == (status == "value"), name
 
 
 IN_THE_PATH = [

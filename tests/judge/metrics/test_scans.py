@@ -94,6 +94,19 @@ def test_safe_state_lasts_to_the_end() -> None:
 
 def test_takeover_is_by_another_channel_than_before_the_fault() -> None:
     authority = np.array([[0, 0, 1, 0]], np.int8)
-    for onset, default, expected in ((1, 0, 2), (1, 1, 2), (3, 0, -1), (0, 1, 0), (-1, 0, -1)):
+    for onset, default, expected in ((1, 0, 2), (3, 0, -1), (0, 1, 0), (-1, 0, -1)):
         found = scans.first_takeovers(np.array([4]), np.array([onset]), authority, default)
         assert found.tolist() == [expected]
+
+
+def test_channel_that_gets_authority_back_has_taken_nothing_over() -> None:
+    # Another one acts before the fault; the default gets it back, perhaps with the fault in it.
+    for authority, expected in (
+        ([1, 1, 0, 0, 0, 0], -1),
+        ([1, 1, 0, 0, 1, 1], 4),
+        ([1, 1, -1, 0, -1, 2], -1),  # nothing is decided at the last row
+        ([1, 2, 1, 0, -1, 2, 2], 5),
+    ):
+        length = np.array([len(authority)])
+        codes = np.array([authority], np.int8)
+        assert scans.first_takeovers(length, np.array([1]), codes, 0).tolist() == [expected]
