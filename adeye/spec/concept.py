@@ -130,6 +130,32 @@ def unprovided(elements: Iterable[Element]) -> Iterator[Problem]:
                 )
 
 
+def spelled_twice(elements: Iterable[Element]) -> Iterator[Problem]:
+    """Find what is named in two spellings: read as two things, it would be no common cause.
+
+    Args:
+        elements: All of a concept.
+
+    Yields:
+        Place below the concept, and what is wrong.
+    """
+    known: dict[tuple[str, str], str] = {}
+    for number, element in enumerate(elements):
+        # A resource may be an element.
+        named: list[tuple[str, Loc, str]] = [
+            ("resource", ("id",), element.id),
+            ("supplier", ("supplier",), element.supplier or ""),
+        ]
+        for kind, key in (("resource", "resources"), ("software", "software")):
+            named += [(kind, (key, at), name) for at, name in enumerate(getattr(element, key))]
+        for kind, place, name in named:
+            plain = re.sub(r"[\s_-]+", "", name).casefold()
+            first = known.setdefault((kind, plain), name) if plain else name
+            if first != name:
+                what = f"{shown(name)} is spelled {shown(first)} elsewhere"
+                yield ("elements", number, *place), f"{what}. Spell one thing in one way"
+
+
 # --- Decomposition of requirements over independent elements, and what argues for independence ----
 
 
@@ -603,6 +629,7 @@ class Concept(FileRecord):
             loc = ("waivers", at, "requirement")
             yield from _unknown_part(loc, (waiver.requirement,), ids["requirements"], "requirement")
         yield from unprovided(self.elements)
+        yield from spelled_twice(self.elements)
         yield from reference_problems(self)
 
     def goal_asil(self, goal_id: str) -> Asil:

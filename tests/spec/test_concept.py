@@ -30,6 +30,7 @@ from adeye.spec.concept import (
     causes,
     parents,
     scheme,
+    spelled_twice,
     unprovided,
 )
 from adeye.spec.document import load_document, validate
@@ -248,6 +249,22 @@ def test_what_nobody_provides_is_named_with_what_is_provided() -> None:
     ]
     found = list(unprovided([element("a", provides=("x",)), element("b", consumes=("x", "y"))]))
     assert found == [(("elements", 1, "consumes", 1), "nobody provides 'y'. Provided are x")]
+
+
+def test_one_thing_in_two_spellings_is_no_two_things() -> None:
+    one = element("camera", supplier="Alpha", resources=("power_a",), software=("tracker", "C++"))
+    for other, place, name, first in (
+        ({"resources": ("p", "Power_A")}, ("resources", 1), "Power_A", "power_a"),
+        ({"resources": ("power a",)}, ("resources", 0), "power a", "power_a"),
+        ({"resources": ("Camera",)}, ("resources", 0), "Camera", "camera"),
+        ({"supplier": "ALPHA"}, ("supplier",), "ALPHA", "Alpha"),
+        ({"software": ("Tracker",)}, ("software", 0), "Tracker", "tracker"),
+    ):
+        told = f"{name!r} is spelled {first!r} elsewhere. Spell one thing in one way"
+        made = element("radar", **other)
+        assert list(spelled_twice([one, made])) == [(("elements", 1, *place), told)]
+    apart = element("radar", supplier="camera", resources=("power_b",), software=("C", "alpha"))
+    assert not list(spelled_twice([one, one, apart]))
 
 
 def test_keys_that_came_later_are_no_part_of_an_element_without_them() -> None:
