@@ -232,7 +232,7 @@ Loc = tuple[str | int, ...]
 Locate = Callable[[Loc], SourceLocation]
 Dictionary = Mapping[str, SignalType]
 
-JUDGE_VERSION = 8
+JUDGE_VERSION = 7
 """Raised whenever a verdict or margin can change although formula and trace do not."""
 
 _SLACK_S = 1e-9
