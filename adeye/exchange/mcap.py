@@ -1,4 +1,4 @@
-"""A run as MCAP with the schemas of Foxglove: opens in Foxglove and Lichtblick without set-up.
+"""A run as MCAP with the schemas of Foxglove, which its viewer and Lichtblick know.
 
 Topics: ``/tf`` and ``/tf_static``; ``/road`` and what stands on it; ``/scene``, ego and actors;
 ``/sensor/ID/detections`` and ``/sensor/ID/points``; ``/channel/ID/tracks``, ``…/candidates`` and
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from adeye.exchange.container import McapFile
-    from adeye.exchange.view import Remark
+    from adeye.exchange.view import Remark, SensorPose
     from adeye.trace import Album, Picture
 
     Say = Callable[[int], Any]
@@ -42,6 +42,9 @@ _NIGHT: Final = (0.05, 0.06, 0.08)
 """Of an image where it shows nothing."""
 _SHADES: Final = (1.0, 0.8, 0.6)
 """Of objects of one class, which an image could not tell apart."""
+_YELLOW, _CYAN = (255, 217, 51, 255), (64, 217, 255, 255)
+"""Of detections and of a lidar's points: red, green, blue, alpha."""
+_POINT: Final = np.dtype([("place", "<f8", 3), ("colour", "u1", 4)])
 _LINE: Final = 0.12
 """Width of painted lines and of trajectories [m]."""
 _TRACK_HEIGHT: Final = 0.1
@@ -129,11 +132,11 @@ def _topics(view: RunView, album: Album) -> Iterator[tuple[str, Any, Say]]:
             yield (
                 f"/{pose.frame}/detections",
                 fox.PointCloud,
-                lambda row, samples=samples: _detections(row, samples),  # type: ignore[misc]
+                partial(_detections, samples, pose.place[2]),
             )
         if pose.id in lidars and view.trace["points"].shape[3]:
             points = view.column("points", 1)[:, lidars.index(pose.id)]
-            yield f"/{pose.frame}/points", fox.PointCloud, _points(view, points)
+            yield f"/{pose.frame}/points", fox.PointCloud, partial(_points, view, pose, points)
     for index, name in enumerate(view.trace.layout.channels):
         yield from _channel(view, index, name)
     yield from _images(view, album)
@@ -274,41 +277,49 @@ def _strip(places: Any, color: Any, *, width: float = _LINE) -> fox.LinePrimitiv
 # --- What sensors and channels make of it ---------------------------------------------------------
 
 
-def _cloud(time: float, places: Any) -> fox.PointCloud:
-    """Write places (N, 2) in the map as a cloud on the ground."""
-    there = np.zeros((len(places), 3), dtype="<f8")
-    there[:, :2] = places
+def _cloud(time: float, places: Any, height: float, colour: tuple[int, ...]) -> fox.PointCloud:
+    """Write places (N, 2) in the map, which know no height, as a cloud as high as their sensor.
+
+    Its points have their own colour: by a number of them, as viewers choose it, one is all dark.
+    """
+    there = np.zeros(len(places), dtype=_POINT)
+    there["place"][:, :2], there["place"][:, 2] = places, height
+    there["colour"] = colour
+    kinds = fox.PackedElementFieldNumericType
     fields = [
-        fox.PackedElementField(
-            name=name, offset=8 * place, type=fox.PackedElementFieldNumericType.Float64
-        )
+        fox.PackedElementField(name=name, offset=8 * place, type=kinds.Float64)
         for place, name in enumerate("xyz")
+    ]
+    fields += [
+        fox.PackedElementField(name=name, offset=24 + place, type=kinds.Uint8)
+        for place, name in enumerate(("red", "green", "blue", "alpha"))
     ]
     pose = fox.Pose(position=_vector(0.0, 0.0, 0.0), orientation=_turn(0.0))
     return fox.PointCloud(
         timestamp=_stamp(time),
         frame_id=MAP,
         pose=pose,
-        point_stride=24,
+        point_stride=_POINT.itemsize,
         fields=fields,
         data=there.tobytes(),
     )
 
 
-def _detections(row: int, samples: Mapping[int, Any]) -> fox.PointCloud | None:
+def _detections(samples: Mapping[int, Any], height: float, row: int) -> fox.PointCloud | None:
     if row not in samples:
         return None
     _, _, taken, places, has = samples[row]
-    return _cloud(taken, places[has])
+    return _cloud(taken, places[has], height, _YELLOW)
 
 
-def _points(view: RunView, points: Any) -> Say:
-    def say(row: int) -> fox.PointCloud | None:
-        if row == view.rows - 1 or (row and _is_same(points[row], points[row - 1])):
-            return None
-        return _cloud(float(view.time[row]), points[row][np.isfinite(points[row][:, 0])])
-
-    return say
+def _points(view: RunView, pose: SensorPose, points: Any, row: int) -> fox.PointCloud | None:
+    if row == view.rows - 1 or (row and _is_same(points[row], points[row - 1])):
+        return None
+    # When it was taken; before the first sample it is that there is none.
+    taken = float(view.trace["sensor_stamp"][view.run, row, pose.index])
+    taken = min(taken, float(view.time[row])) if taken >= 0.0 else float(view.time[row])
+    has = np.isfinite(points[row][:, 0])
+    return _cloud(taken, points[row][has], pose.place[2], _CYAN)
 
 
 def _images(view: RunView, album: Album) -> Iterator[tuple[str, Any, Say]]:

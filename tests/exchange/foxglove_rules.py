@@ -13,6 +13,8 @@ from mcap_protobuf.decoder import DecoderFactory
 
 ROOT = "map"
 UNIT = {"r", "g", "b", "a"}
+KINDS = {1: "u1", 2: "i1", 3: "<u2", 4: "<i2", 5: "<u4", 6: "<i4", 7: "<f4", 8: "<f8"}
+"""Of a field of a cloud, by the numbers of ``foxglove.PackedElementField.NumericType``."""
 
 
 def findings(path: Path) -> list[str]:
@@ -130,8 +132,15 @@ def _wrong(message: Any) -> Iterator[str]:
 
 
 def _wrong_cloud(cloud: Any) -> Iterator[str]:
-    ends = [field.offset + 8 for field in cloud.fields]
+    names = [field.name for field in cloud.fields]
+    kinds = [KINDS[field.type] for field in cloud.fields]
+    offsets = [field.offset for field in cloud.fields]
+    ends = [at + np.dtype(kind).itemsize for at, kind in zip(offsets, kinds, strict=True)]
     if max(ends) > cloud.point_stride or len(cloud.data) % cloud.point_stride:
         yield f"{len(cloud.data)} bytes of {cloud.point_stride} for a point"
-    elif not np.isfinite(np.frombuffer(cloud.data)).all():
+        return
+    point: Any = {"names": names, "formats": kinds, "offsets": offsets}
+    point["itemsize"] = cloud.point_stride
+    points = np.frombuffer(cloud.data, np.dtype(point))
+    if not all(np.isfinite(points[name]).all() for name in names):
         yield "a point that is not finite"

@@ -23,6 +23,7 @@ from tests.judge.conftest import HandMade
 from tests.project import CANDIDATE, odd_of, run_cases, use
 
 NEAR = 1e-6
+POINT = np.dtype([("place", "<f8", 3), ("colour", "u1", 4)])
 ACCOUNT = Account(
     run="ab" * 32,
     about={"scenario": "follow"},
@@ -130,10 +131,21 @@ def test_frames_lead_from_the_sensor_to_the_map(made: HandMade, tmp_path: Path) 
 def test_detections_are_a_cloud_for_each_sample(made: HandMade, tmp_path: Path) -> None:
     clouds = written(made.trace(), tmp_path)["/sensor/camera/detections"]
     assert len(clouds) == len(made.time) - 1
-    places = [np.frombuffer(cloud.data).reshape(-1, 3) for _, cloud in clouds]
+    places = [np.frombuffer(cloud.data, POINT) for _, cloud in clouds]
     assert [len(item) for item in places] == [0] * 3 + [1] * 7
-    np.testing.assert_allclose(places[4], [[44.123456789, 1.987654321, 0.0]], atol=NEAR)
-    assert {(cloud.frame_id, cloud.point_stride) for _, cloud in clouds} == {("map", 24)}
+    camera: Any = made.trace().layout.architecture.sensors["camera"]
+    wanted = [[44.123456789, 1.987654321, camera.mount.z]]
+    np.testing.assert_allclose(places[4]["place"], wanted, atol=NEAR)
+    assert {(cloud.frame_id, cloud.point_stride) for _, cloud in clouds} == {("map", 28)}
+    # A viewer that takes the colour from numbers of a point would draw a single one in the dark.
+    assert [field.name for field in clouds[4][1].fields] == [
+        *"xyz",
+        "red",
+        "green",
+        "blue",
+        "alpha",
+    ]
+    assert places[4]["colour"].max() == 255
 
 
 def test_tracks_are_plates_in_the_frame_of_the_ego(made: HandMade, tmp_path: Path) -> None:
@@ -180,12 +192,16 @@ def test_returns_of_a_lidar_are_a_cloud(made: HandMade, tmp_path: Path) -> None:
     points = np.full((1, made.rows, 1, 4, 2), np.nan, dtype=np.float32)
     points[0, 5:, 0, :2] = [[1.5, 2.5], [3.25, -1.0]]
     columns: dict[str, Any] = {**trace.columns, "points": points}
+    columns["sensor_stamp"] = trace["sensor_stamp"].copy()
+    columns["sensor_stamp"][0, 5:, 0] = 0.4
     clouds = written(replace(trace, columns=columns), tmp_path)
     (_, none), (time, cloud) = clouds["/sensor/camera/points"]
     assert time == pytest.approx(0.5)
+    # It was measured before it was delivered.
+    assert cloud.timestamp.ToNanoseconds() == 400_000_000
     assert len(none.data) == 0
-    read_back = np.frombuffer(cloud.data).reshape(-1, 3)
-    assert read_back.tolist() == [[1.5, 2.5, 0.0], [3.25, -1.0, 0.0]]
+    read_back = np.frombuffer(cloud.data, POINT)["place"]
+    assert read_back.tolist() == [[1.5, 2.5, 1.5], [3.25, -1.0, 1.5]]
 
 
 def test_road_and_what_stands_are_told_once(made: HandMade, tmp_path: Path) -> None:
