@@ -25,7 +25,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import cache, cached_property
-from itertools import islice, repeat
+from itertools import count, islice, repeat
 from typing import Any, Final, TypeAlias
 
 import numpy as np
@@ -42,6 +42,10 @@ from adeye.store.catalogue import is_server
 
 Row = tuple[Any, ...]
 
+_MANY: Final = 10_000
+"""Rows that are read at a time."""
+_NUMBERS = count()
+"""Cursors of a server have names."""
 CHUNK = 500
 """Values bound in one IN list, below the variable limit of every supported SQLite."""
 
@@ -111,6 +115,31 @@ def _kinds(table: Table) -> tuple[str, ...]:
 _CONVERTERS: Final[Mapping[str, Callable[[Any], Any]]] = {"f": _float, "i": _integer, "t": _text}
 
 
+def stored_hashes(table: Table, rows: Sequence[Row]) -> list[str]:
+    """Hash stored rows of a plan as ``row_hash`` does, many together.
+
+    Args:
+        table: An insert-only table that is not written a block at a time.
+        rows: All of their columns, of which the hash is left out.
+
+    Raises:
+        TypeError: A value has a type that is never written.
+    """
+    template, varied = [table.name], list[Sequence[Any]]()
+    for column in list(zip(*rows, strict=True))[:-1]:
+        (kind, *others) = set(map(type, column))
+        if others or kind not in _TAGS:
+            return [row_hash(table, values[:-1]) for values in rows]
+        template.append(_TAGS[kind])
+        if kind is not type(None):
+            varied.append(column)
+    if not varied:
+        return [row_hash(table, values[:-1]) for values in rows]
+    written = map("".join(template).__mod__, zip(*varied, strict=True))
+    sha256 = hashlib.sha256
+    return [sha256(text.encode("utf-8", "surrogatepass")).hexdigest()[:32] for text in written]
+
+
 def row_hash(table: Table, values: Sequence[Any]) -> str:
     """Hash a stored row of a plan without its hash column: 128 bits of sha256 in hex.
 
@@ -135,6 +164,10 @@ def _tagged(value: Any) -> str:
     if isinstance(value, float):
         return f"\0f{value!r}"
     raise TypeError(f"{value!r} is not what was written")
+
+
+_TAGS: Final = {type(None): "\0n", str: "\0t%s", int: "\0i%d", float: "\0f%r"}
+"""How ``_tagged`` writes values of a type."""
 
 
 def rows_of_columns(table: Table, columns: Sequence[Any]) -> list[Row]:
@@ -240,6 +273,35 @@ def stored_rows(
         yield from map(tuple, part)
 
 
+def read_chunks(
+    connection: Connection, query: str, *values: str | int, size: int = _MANY
+) -> Iterator[list[tuple[Any, ...]]]:
+    """Read the rows of a query, many at a time.
+
+    Args:
+        connection: In a transaction.
+        query: With question marks for parameters.
+        values: What they stand for.
+        size: How many at a time.
+    """
+    # The cursor of the driver: a row object of SQLAlchemy costs more than the row.
+    cursor: Any
+    if is_server(connection):
+        if not connection.in_transaction():
+            # The driver would begin one of its own, which sees other states as it goes on.
+            connection.begin()
+        driver: Any = connection.connection.dbapi_connection
+        cursor = driver.cursor(name=f"chunks_{next(_NUMBERS)}")
+        cursor.execute(postgres.translated(query), values)
+    else:
+        cursor = connection.exec_driver_sql(query, values).cursor
+    try:
+        while chunk := cursor.fetchmany(size):
+            yield chunk
+    finally:
+        cursor.close()
+
+
 def chunked(rows: Iterable[Row], size: int = CHUNK) -> Iterator[list[Row]]:
     """Cut rows into pieces that are looked at together."""
     waiting = iter(rows)
@@ -287,12 +349,15 @@ class Dictionary:
     @cached_property
     def hashes(self) -> NDArray[np.uint64]:
         """(W, 2) words of their hashes."""
+        blake2b = hashlib.blake2b
         joined = b"".join(
-            hashlib.blake2b(
-                _NULL_TEXT if word is None else word.encode("utf-8", "surrogatepass"),
-                digest_size=16,
-            ).digest()
-            for word in self.words
+            [
+                blake2b(
+                    _NULL_TEXT if word is None else word.encode("utf-8", "surrogatepass"),
+                    digest_size=16,
+                ).digest()
+                for word in self.words
+            ]
         )
         return np.frombuffer(joined, dtype="<u8").reshape(-1, 2)
 
@@ -313,7 +378,13 @@ class Texts:
     def of(cls, values: Sequence[str | None], *, is_clean: bool = False) -> Texts:
         """Number the different ones of some texts, see ``Dictionary``."""
         words = {word: place for place, word in enumerate(dict.fromkeys(values))}
-        codes = np.fromiter(map(words.__getitem__, values), np.int64, len(values))
+        codes: NDArray[np.int64]
+        if len(words) == 1:
+            codes = np.zeros(len(values), dtype=np.int64)
+        elif len(words) == len(values):
+            codes = np.arange(len(values))
+        else:
+            codes = np.fromiter(map(words.__getitem__, values), np.int64, len(values))
         return cls(codes, Dictionary(tuple(words), is_clean=is_clean))
 
     @classmethod
@@ -456,29 +527,50 @@ def stored_words(table: Table, names: Sequence[str], rows: Sequence[Row]) -> NDA
         TypeError: A value has a type that was never written there.
         ValueError: A number is not finite.
     """
+    columns = list(zip(*rows, strict=True)) if rows else [()] * len(names)
+    return _column_words(table, names, columns)
+
+
+def _column_words(
+    table: Table, names: Sequence[str], columns: Sequence[Sequence[Any]]
+) -> NDArray[np.uint64]:
     kinds = dict(zip(table.columns.keys()[:-1], _kinds(table), strict=True))
     kinds["result_digest"] = "t"
-    columns = zip(*rows, strict=True) if rows else ([] for _ in names)
     return hash_words(
         [_stored(kinds[name], values) for name, values in zip(names, columns, strict=True)]
     )
 
 
 def _stored(kind: str, values: Sequence[Any]) -> Column:
-    allowed = {"f": float, "i": int, "t": str}[kind]
-    # Of each value to itself this would be half of what a look at a database takes.
-    if wrong := set(map(type, values)) - {allowed, type(None)}:
-        value = next(value for value in values if type(value) in wrong)
-        raise TypeError(f"{value!r} is not what was written")
     if kind == "t":
-        return Texts.of(values, is_clean=True)
+        texts = Texts.of(values, is_clean=True)
+        # What is no text equals none: a look at each different one is enough.
+        _require_types(texts.dictionary.words, str)
+        return texts
+    types = _require_types(values, int if kind == "i" else float)
     if kind == "i":
         return np.array(values, dtype=np.int64)
+    if types == {type(None)}:
+        return np.full(len(values), np.nan)
+    if types == {float}:
+        known = np.fromiter(values, np.float64, len(values))
+        if not np.isfinite(known).all():
+            raise ValueError("a number is not finite")
+        return known
     # None becomes NaN.
     numbers = np.array(values, dtype=np.float64)
     if np.isfinite(numbers).sum() + values.count(None) != len(values):
         raise ValueError("a number is not finite")
     return numbers
+
+
+def _require_types(values: Sequence[Any], allowed: type) -> set[type]:
+    # Of each value to itself this would be half of what a look at a database takes.
+    types = set(map(type, values))
+    if wrong := types - {allowed, type(None)}:
+        value = next(value for value in values if type(value) in wrong)
+        raise TypeError(f"{value!r} is not what was written")
+    return types
 
 
 # --- Numbers of runs: what metrics, verdicts and events refer to, in the order in which runs came
@@ -578,8 +670,8 @@ def bulk_hashes(table: Table, rows: Sequence[Row]) -> list[str] | None:
         table: A table of results.
         rows: Each: number of the run, the values of ``hashed_names``, and the hash that is stored.
     """
-    hashed = [values[1:-1] for values in rows]
+    columns = list(zip(*rows, strict=True))[1:-1]
     try:
-        return row_hashes(table, stored_words(table, hashed_names(table), hashed))
+        return row_hashes(table, _column_words(table, hashed_names(table), columns))
     except (TypeError, ValueError, OverflowError):
         return None

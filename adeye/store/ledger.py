@@ -15,7 +15,7 @@ import hashlib
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cache
-from typing import Any, Final
+from typing import Any, Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,6 +41,7 @@ _SUMMED: Final = 5_000
 _WAITING: Final = 64
 """Entries that wait in memory for the end of a transaction that writes more."""
 _KEY: Final = "adeye_ledger"
+HashWords: TypeAlias = "NDArray[np.unsignedinteger[Any]]"
 _SHORT: Final = 12
 
 
@@ -50,28 +51,34 @@ def hash_sum(hashes: Sequence[str]) -> int:
     >>> hash_sum(["f" * 32, "0" * 31 + "2"])
     1
     """
-    words = _words(hashes).astype(np.uint64).sum(axis=0).tolist()
+    return total_of(words_of(hashes))
+
+
+def total_of(hashes: HashWords) -> int:
+    """Sum hashes (R, 4) of 128 bits, modulo 2**128."""
+    words = hashes.sum(axis=0, dtype=np.uint64).tolist()
     return sum(int(word) << shift for word, shift in zip(words, (96, 64, 32, 0), strict=True)) % (
         MODULUS
     )
 
 
-def seal_parts(hashes: Sequence[str]) -> NDArray[np.uint64]:
-    """Give of each hash the part (R,) that seals sum."""
-    words = _words(hashes).astype(np.uint64)
+def seal_parts(hashes: HashWords) -> NDArray[np.uint64]:
+    """Give of each hash (R, 4) the part (R,) that seals sum."""
+    words = hashes.astype(np.uint64)
     return ((words[:, 2] << np.uint64(32)) | words[:, 3]) & np.uint64(SEAL_MASK)
 
 
-def _words(hashes: Sequence[str]) -> NDArray[Any]:
+def words_of(hashes: Sequence[str]) -> HashWords:
+    """Read hashes of 128 bits in hex as words (R, 4) of 32."""
     return np.frombuffer(bytes.fromhex("".join(hashes)), dtype=">u4").reshape(-1, 4)
 
 
-def by_run(numbers: Ints, hashes: Sequence[str]) -> tuple[Ints, NDArray[np.uint64]]:
+def by_run(numbers: Ints, hashes: HashWords) -> tuple[Ints, NDArray[np.uint64]]:
     """Sum the hashes of the rows of each run for its seal.
 
     Args:
         numbers: (R,) numbers of runs.
-        hashes: R hashes of rows.
+        hashes: (R, 4) words of the hashes of rows.
 
     Returns:
         The different numbers, ascending, and their sums modulo 2**48.
@@ -115,7 +122,10 @@ def key_text(table: Table, values: Sequence[Any]) -> str:
 
 
 def summed(
-    connection: Connection, query: str, values: tuple[Any, ...], read: Callable[[Any], str] = str
+    connection: Connection,
+    query: str,
+    values: tuple[Any, ...],
+    read: Callable[[Sequence[Any]], Sequence[str]] = tuple,
 ) -> tuple[int, int]:
     """Count and sum the hashes that a query gives, modulo 2**128.
 
@@ -123,12 +133,12 @@ def summed(
         connection: In a transaction.
         query: Of one column.
         values: What its parameters stand for.
-        read: Gives the hash that a value is.
+        read: Gives the hashes that some values are.
     """
     found = connection.exec_driver_sql(query, values, execution_options={"yield_per": _SUMMED})
     count, total = 0, 0
     for part in found.partitions(_SUMMED):
-        hashes = [read(item[0]) for item in part]
+        hashes = read([item[0] for item in part])
         count, total = count + len(hashes), (total + hash_sum(hashes)) % MODULUS
     return count, total
 
@@ -174,9 +184,9 @@ class Entries:
                 self._list(table, listed[:DETAILED])
                 del listed[:DETAILED]
             return
-        hashes = [item[-1] for item in rows]
+        hashes = words_of([item[-1] for item in rows])
         count, total = self.sums.get(table.name, (0, 0))
-        self.sums[table.name] = count + len(rows), total + hash_sum(hashes)
+        self.sums[table.name] = count + len(rows), total + total_of(hashes)
         numbers = np.fromiter((item[0] for item in rows), dtype=np.int64, count=len(rows))
         self.runs.setdefault(name, []).append(by_run(numbers, hashes))
 

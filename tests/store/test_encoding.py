@@ -31,6 +31,7 @@ from adeye.store.encoding import (
     row_hashes,
     rows_of_columns,
     run_numbers,
+    stored_hashes,
     stored_words,
     table_rows,
     utc_text,
@@ -59,6 +60,17 @@ def test_every_value_and_its_type_change_the_hash() -> None:
     hashes = {row_hash(tables.event, item) for item in (EVENT, *others, *values)}
     assert len(hashes | {row_hash(tables.run, EVENT)}) == 1 + 6 + 7 + 1
     refused(TypeError, row_hash, tables.event, (b"blob",), says="is not what was written")
+
+
+def test_rows_that_are_hashed_together_have_the_hashes_that_each_has_alone() -> None:
+    columns: tuple[list[Any], ...]
+    columns = ([1, 2, 3], [1.0, -2.5, 1e300], ["a", "%s", "\ud800"], [None] * 3, [1, 1.0, "1"])
+    for kept in range(1, 1 << len(columns)):
+        chosen = [column for place, column in enumerate(columns) if kept >> place & 1]
+        rows = list(zip(*chosen, ["hash"] * 3, strict=True))
+        alone = [row_hash(tables.event, values[:-1]) for values in rows]
+        assert stored_hashes(tables.event, rows) == alone
+    refused(TypeError, stored_hashes, tables.event, [(b"x", ""), (b"y", "")], says="was written")
 
 
 def test_row_and_json_refuse_what_cannot_be_held() -> None:

@@ -29,7 +29,7 @@ def test_sum_does_not_depend_on_the_order() -> None:
 
 
 def test_seal_sums_the_low_bits_by_run() -> None:
-    runs, sums = ledger.by_run(np.array([4, 2, 4]), HASHES)
+    runs, sums = ledger.by_run(np.array([4, 2, 4]), ledger.words_of(HASHES))
     assert runs.tolist() == [2, 4]
     assert sums.tolist() == [2**48 - 1, 12]
 

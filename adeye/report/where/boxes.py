@@ -81,84 +81,177 @@ def separate(codes: Ints, fails: Ints, passes: Ints, scales: Sequence[Scale]) ->
         scales: The axes.
     """
     best, least = Box({}, is_inverse=False, is_exact=True), int(passes.sum()) * _WEIGHT
-    cells = _Cells(codes, fails, passes, scales), _Cells(codes, passes, fails, scales)
+    cells = _Cells(codes, fails, passes, scales)
     is_exact = True
     for size in range(1, min(MOST_AXES, len(scales)) + 1):
         # One comparison an axis is the least.
         if least <= size - 1:
             break
         for axes in combinations(range(len(scales)), size):
+            sums = cells.sums(axes)
             for is_inverse in (False, True):
                 if is_inverse and not all(scales[axis].is_condition for axis in axes):
                     continue
-                box, cost, is_whole = cells[is_inverse].best(axes)
+                box, cost, is_whole = cells.best(axes, sums, is_inverse=is_inverse)
                 is_exact &= is_whole
                 if cost + is_inverse < least:
                     best, least = Box(box, is_inverse, is_whole), cost + is_inverse
     return Box(best.chosen, best.is_inverse, is_exact)
 
 
-@dataclass(frozen=True, slots=True)
 class _Cells:
-    """What a box shall hold, and what not, by cells of the axes."""
+    """What fails and what passes, by cells of the axes; inside out, a box shall hold the passes."""
 
-    codes: Ints
-    wanted: Ints
-    others: Ints
-    scales: Sequence[Scale]
+    def __init__(self, codes: Ints, fails: Ints, passes: Ints, scales: Sequence[Scale]) -> None:
+        # Column after column: every box reads a few of them, whole.
+        self._columns = np.ascontiguousarray(codes.T)
+        self._gain = (fails - passes).astype(np.float64)
+        self._wanted = int(fails.sum()), int(passes.sum())
+        self._scales = scales
+        self._classed: dict[tuple[int, int], tuple[Ints, Ints]] = {}
 
-    def best(self, axes: Sequence[int]) -> tuple[dict[int, Bools], int, bool]:
-        """Find the best box over some axes; give it, its cost, and whether that is exact."""
-        scales = [self.scales[axis] for axis in axes]
-        classes = [_classes(scale, _CLASSES[len(axes)]) for scale in scales]
-        shape = tuple(int(item.max()) + 1 for item in classes)
-        flat = np.ravel_multi_index(
-            tuple(item[self.codes[:, axis]] for axis, item in zip(axes, classes, strict=True)),
-            shape,
-        )
-        gain = (self.wanted - self.others).astype(float)
-        sums: Any = np.bincount(flat, gain, minlength=int(np.prod(shape))).reshape(shape)
-        options = [
-            _options(replace(scale, levels=size)) for scale, size in zip(scales, shape, strict=True)
+    def _classes_of(self, axis: int, most: int) -> tuple[Ints, Ints]:
+        """Give the class of each level (L,) of an axis, and of each cell (N,)."""
+        if (axis, most) not in self._classed:
+            classes = _classes(self._scales[axis], most)
+            self._classed[axis, most] = classes, classes[self._columns[axis]]
+        return self._classed[axis, most]
+
+    def _classes(self, axes: Sequence[int]) -> list[Ints]:
+        return [self._classes_of(axis, _CLASSES[len(axes)])[0] for axis in axes]
+
+    def sums(self, axes: Sequence[int]) -> Floats:
+        """Sum what fails less what passes by the classes of the levels of some axes."""
+        shape = tuple(int(item.max()) + 1 for item in self._classes(axes))
+        flat: Ints = np.zeros(len(self._gain), dtype=np.int64)
+        for axis, size in zip(axes, shape, strict=True):
+            flat = flat * size + self._classes_of(axis, _CLASSES[len(axes)])[1]
+        sums: Any = np.bincount(flat, self._gain, minlength=int(np.prod(shape)))
+        found: Floats = sums.reshape(shape)
+        return found
+
+    def best(
+        self, axes: Sequence[int], sums: Floats, *, is_inverse: bool
+    ) -> tuple[dict[int, Bools], int, bool]:
+        """Find the best box over some axes; give it, its cost, and whether that is exact.
+
+        Args:
+            axes: Their places.
+            sums: Of them.
+            is_inverse: Whether it shall hold the passes.
+        """
+        classes = self._classes(axes)
+        scales = [
+            replace(self._scales[axis], levels=size)
+            for axis, size in zip(axes, sums.shape, strict=True)
         ]
-        for masks, _ in options:
-            # The first axis becomes the last one, so that at the end their order is as it was.
-            sums = np.tensordot(sums, masks, axes=(0, 1))
-        score = sums * _WEIGHT
-        for place, (_, costs) in enumerate(options):
-            score -= costs.reshape([-1 if at == place else 1 for at in range(len(axes))])
-        chosen = np.unravel_index(int(score.argmax()), score.shape)
-        box = {axis: (options[at][0][chosen[at]] > 0)[classes[at]] for at, axis in enumerate(axes)}
+        chosen, score = _best(-sums if is_inverse else sums, scales)
+        box = {axis: chosen[at][classes[at]] for at, axis in enumerate(axes)}
         is_whole = all(
-            scale.levels == size and (scale.is_ordered or size <= _MOST_SETS)
-            for scale, size in zip(scales, shape, strict=True)
+            self._scales[axis].levels == scale.levels
+            and (scale.is_ordered or scale.levels <= _MOST_SETS)
+            for axis, scale in zip(axes, scales, strict=True)
         )
-        if not is_whole:
-            self._refine(box)
-        return box, self._cost(box), is_whole
+        if is_whole:
+            return box, self._wanted[is_inverse] * _WEIGHT - score, is_whole
+        return box, self._refine(box, is_inverse=is_inverse), is_whole
 
-    def _cost(self, box: Mapping[int, Bools]) -> int:
-        inside = _inside(box, self.codes)
-        wrong = int(self.wanted[~inside].sum() + self.others[inside].sum())
-        return wrong * _WEIGHT + sum(
-            _comparisons(levels, is_ordered=self.scales[axis].is_ordered)
+    def _refine(self, box: dict[int, Bools], *, is_inverse: bool) -> int:
+        """Choose the levels of one axis after the other as is best, until none moves.
+
+        Returns:
+            What the box costs at the end.
+        """
+        sign, wanted = -1.0 if is_inverse else 1.0, self._wanted[is_inverse]
+
+        def cost_of(held: float, costs: Mapping[int, int]) -> int:
+            return (wanted - int(sign * held)) * _WEIGHT + sum(costs.values())
+
+        inside = {axis: levels[self._columns[axis]] for axis, levels in box.items()}
+        costs = {
+            axis: _comparisons(levels, is_ordered=self._scales[axis].is_ordered)
             for axis, levels in box.items()
-        )
-
-    def _refine(self, box: dict[int, Bools]) -> None:
-        """Choose the levels of one axis after the other as is best, until none moves."""
-        cost, is_moving = self._cost(box), True
+        }
+        cost = cost_of(self._gain[np.logical_and.reduce(list(inside.values()))].sum(), costs)
+        is_moving = True
         while is_moving:
             is_moving = False
-            for axis in list(box):
-                rows = _inside({at: box[at] for at in box if at != axis}, self.codes)
-                gain = (self.wanted[rows] - self.others[rows]).astype(float)
-                scale = self.scales[axis]
-                sums: Any = np.bincount(self.codes[rows, axis], gain, scale.levels)
-                found = _interval(sums) if scale.is_ordered else sums > 0
-                less = self._cost({**box, axis: found})
+            for axis in box:
+                others = [mask for at, mask in inside.items() if at != axis]
+                rows = np.flatnonzero(np.logical_and.reduce(others)) if others else slice(None)
+                scale, column = self._scales[axis], self._columns[axis]
+                sums: Any = np.bincount(column[rows], self._gain[rows], scale.levels)
+                found = _interval(sign * sums) if scale.is_ordered else sign * sums > 0
+                own = {**costs, axis: _comparisons(found, is_ordered=scale.is_ordered)}
+                less = cost_of(sums[found].sum(), own)
                 if less < cost:
-                    box[axis], cost, is_moving = found, less, True
+                    box[axis], inside[axis] = found, found[column]
+                    costs, cost, is_moving = own, less, True
+        return cost
+
+
+def _best(sums: Floats, scales: Sequence[Scale]) -> tuple[list[Bools], int]:
+    """Find the first of the boxes with the highest score among all that the axes have.
+
+    Of the last axis the best part is found without a look at each: it takes sums along it.
+
+    Args:
+        sums: (L, …) what a box gains, by the levels of all axes.
+        scales: Of the axes.
+
+    Returns:
+        (L,) levels of the box on each axis, and its score.
+    """
+    *others, last = scales
+    # What is added up for every box of the other axes is one row.
+    rows = np.ascontiguousarray(np.moveaxis(sums, -1, 0))
+    options = [_options(scale) for scale in others]
+    for axis, option in enumerate(options):
+        rows = option.sums(rows, axis + 1)
+    score = _most(rows, last)
+    for axis, option in enumerate(options):
+        score = score - option.costs.reshape(
+            [-1 if at == axis else 1 for at in range(len(options))]
+        )
+    place = int(score.argmax())
+    best = np.unravel_index(place, score.shape)
+    own = _options(last)
+    along = own.sums(rows.reshape(len(rows), -1)[:, place], 0) * _WEIGHT - own.costs
+    masks = [option.mask(int(at)) for option, at in zip(options, best, strict=True)]
+    return [*masks, own.mask(int(along.argmax()))], int(score.flat[place])
+
+
+def _most(sums: Floats, scale: Scale) -> Floats:
+    """Give the highest score (…) that a part of an axis has, less its comparisons.
+
+    Args:
+        sums: (L, …) what its levels gain.
+        scale: Of the axis.
+    """
+    found: Floats
+    if not scale.is_ordered:
+        everything = sums.sum(axis=0)
+        if scale.levels <= _MOST_SETS:
+            # All levels that gain; if none does, one has to be there.
+            gaining = np.maximum(sums, 0.0).sum(axis=0)
+            best = np.where(gaining > 0.0, gaining, sums.max(axis=0))
+        else:
+            best = np.maximum(sums.max(axis=0), everything - sums.min(axis=0))
+        found = np.maximum(everything * _WEIGHT, best * _WEIGHT - 1.0)
+        return found
+    before = np.zeros(sums.shape[1:])
+    least, found = before, np.full(sums.shape[1:], -np.inf)
+    for place, level in enumerate(sums):
+        gain = level * _WEIGHT
+        if place:
+            least = np.minimum(least, before + 1.0)
+        before = before + gain
+        end = before if place == len(sums) - 1 else before - 1.0
+        found = np.maximum(found, end - least)
+        if len(sums) <= LISTED:
+            # One level alone is named by one comparison, wherever it is.
+            found = np.maximum(found, gain - 1.0)
+    return found
 
 
 def _classes(scale: Scale, most: int) -> Ints:
@@ -170,19 +263,65 @@ def _classes(scale: Scale, most: int) -> Ints:
     return found
 
 
+@dataclass(frozen=True, slots=True)
+class _Intervals:
+    """The intervals of an axis of L levels, O of them, by their ends (O,) and comparisons (O,)."""
+
+    size: int
+    first: Ints
+    last: Ints
+    costs: Ints
+
+    @classmethod
+    def of(cls, size: int) -> _Intervals:
+        first, last = np.triu_indices(size)
+        costs = (first > 0).astype(np.int64) + (last < size - 1)
+        if 1 < size <= LISTED:
+            costs[first == last] = 1
+        return cls(size, first, last, costs)
+
+    def sums(self, values: Floats, axis: int) -> Floats:
+        """Add up values (…, L, …) within each, along an axis of them."""
+        nothing = np.zeros([1 if at == axis else size for at, size in enumerate(values.shape)])
+        before = np.concatenate((nothing, values.cumsum(axis=axis)), axis=axis)
+        found: Floats = before.take(self.last + 1, axis=axis) - before.take(self.first, axis=axis)
+        return found
+
+    def mask(self, place: int) -> Bools:
+        """Give the levels (L,) of one."""
+        places = np.arange(self.size)
+        found: Bools = (places >= self.first[place]) & (places <= self.last[place])
+        return found
+
+
+@dataclass(frozen=True, slots=True)
+class _Sets:
+    """The sets of levels of an axis of L, O of them: masks (O, L) and comparisons (O,)."""
+
+    masks: Floats
+    costs: Ints
+
+    @classmethod
+    def of(cls, size: int) -> _Sets:
+        masks = list(_sets(size))
+        costs = [_comparisons(mask, is_ordered=False) for mask in masks]
+        return cls(np.array(masks, dtype=np.float64), np.array(costs, dtype=np.int64))
+
+    def sums(self, values: Floats, axis: int) -> Floats:
+        """Add up values (…, L, …) within each, along an axis of them."""
+        found: Floats = np.moveaxis(np.tensordot(values, self.masks, axes=(axis, 1)), -1, axis)
+        return found
+
+    def mask(self, place: int) -> Bools:
+        """Give the levels (L,) of one."""
+        found: Bools = self.masks[place] > 0
+        return found
+
+
 @lru_cache(maxsize=64)
-def _options(scale: Scale) -> tuple[Floats, Ints]:
-    """List what a box may have of an axis: masks (O, L) and how many comparisons each takes."""
-    masks = list((_intervals if scale.is_ordered else _sets)(scale.levels))
-    costs = [_comparisons(mask, is_ordered=scale.is_ordered) for mask in masks]
-    return np.array(masks, dtype=np.float64), np.array(costs, dtype=np.int64)
-
-
-def _intervals(size: int) -> Iterator[Bools]:
-    places = np.arange(size)
-    for first in range(size):
-        for last in range(first, size):
-            yield (places >= first) & (places <= last)
+def _options(scale: Scale) -> _Intervals | _Sets:
+    """List what a box may have of an axis."""
+    return (_Intervals if scale.is_ordered else _Sets).of(scale.levels)
 
 
 def _sets(size: int) -> Iterator[Bools]:

@@ -242,18 +242,28 @@ class Cases:
 
     def _worst(self, mask: Bools) -> tuple[float | None, str]:
         """Return margin and run of the worst as ``views.WORST_FIRST`` has it; nothing for none."""
-        rows = np.flatnonzero(mask & np.isin(self.verdict, (PASS, FAIL, INCONCLUSIVE))).tolist()
-
-        def place(row: int) -> tuple[bool, bool, float, str]:
-            is_known, held = bool(np.isfinite(self.margin[row])), self.verdict[row] != FAIL
-            margin = float(self.margin[row]) if is_known else 0.0
-            return bool(held), is_known != held, margin, self.result[row]
-
-        worst = min(rows, key=place, default=None)
+        rows = np.flatnonzero(mask & (self._rank >= 0))
+        ranks = self._rank[rows]
+        same = rows[ranks == ranks.min()].tolist() if len(rows) else []
+        worst = min(same, key=self.result.__getitem__, default=None)
         if worst is None or not (np.isfinite(self.margin[worst]) or self.failed[worst]):
             return None, ""
         margin = float(self.margin[worst])
         return margin if np.isfinite(margin) else None, self.result[worst]
+
+    @cached_property
+    def _rank(self) -> Ints:
+        """Rank (M,) the test cases that were judged, the worst ones first; -1 for the others."""
+        rows = np.flatnonzero(np.isin(self.verdict, (PASS, FAIL, INCONCLUSIVE)))
+        is_known, held = np.isfinite(self.margin[rows]), ~self.failed[rows]
+        keys = held, is_known != held, np.where(is_known, self.margin[rows], 0.0)
+        order = np.lexsort(keys[::-1])
+        is_next: Bools = np.zeros(len(rows), dtype=np.bool_)
+        for key in keys:
+            is_next[1:] |= key[order][1:] != key[order][:-1]
+        rank: Ints = np.full(len(self.verdict), -1, dtype=np.int64)
+        rank[rows[order]] = np.cumsum(is_next)
+        return rank
 
     @cached_property
     def mattering(self) -> tuple[str, ...]:

@@ -15,9 +15,10 @@ import numpy as np
 from sqlalchemy import Connection, Table
 
 from adeye.errors import IntegrityError
+from adeye.signals import Ints
 from adeye.store import ledger, tables
 from adeye.store.catalogue import rows_among
-from adeye.store.encoding import Row, chunked, stored_rows
+from adeye.store.encoding import Row, chunked, read_chunks, stored_rows
 from adeye.store.ledger import DETAILED, MODULUS, SEAL_MASK
 from adeye.store.plugin_metrics import plugin_tables
 from adeye.store.records import Finding
@@ -25,16 +26,26 @@ from adeye.store.tables import LEDGER, RECOUNTED, SEALED
 
 _RUNS: Final = 2_000
 """Runs that are looked at together."""
+_LENGTH: Final = 32
+_DIGITS: Final = b"0123456789abcdef"
 
 
-def _run_rows(connection: Connection, table: str, first: int, end: int) -> list[tuple[int, str]]:
-    """Read number of the run and hash of the rows of runs from one number to before another."""
+def _run_rows(
+    connection: Connection, table: str, first: int, end: int
+) -> tuple[Ints, ledger.HashWords]:
+    """Read of the rows of runs from one number to before another number and hash.
+
+    Returns:
+        (R,) numbers of runs, and (R, 4) words of the hashes.
+    """
     key = "number" if table == "run" else "run_number"
-    found = connection.exec_driver_sql(
-        f"SELECT {key}, row_hash FROM {table} WHERE {key} >= ? AND {key} < ?",  # noqa: S608 - own names
-        (first, end),
-    )
-    return [(int(item[0]), str(item[1])) for item in found]
+    query = f"SELECT {key}, row_hash FROM {table} WHERE {key} >= ? AND {key} < ?"  # noqa: S608 - own names
+    numbers, words = [np.zeros(0, dtype=np.int64)], [ledger.words_of(())]
+    for chunk in read_chunks(connection, query, first, end):
+        of_runs, hashes = zip(*chunk, strict=True)
+        numbers.append(np.fromiter(map(int, of_runs), np.int64, len(of_runs)))
+        words.append(ledger.words_of(_hexes(hashes)))
+    return np.concatenate(numbers), np.concatenate(words)
 
 
 @dataclass
@@ -83,7 +94,7 @@ def unbalanced(connection: Connection) -> Iterator[Finding]:
         if table in (*LEDGER, *RECOUNTED) or ledger.sealed_name(table) is not None:
             continue
         query = f"SELECT row_hash FROM {table.name}"  # noqa: S608 - own names
-        count, total = ledger.summed(connection, query, (), _hex)
+        count, total = ledger.summed(connection, query, (), _hexes)
         if (count, total) != told.totals.pop(table.name, (0, 0)):
             named = list(differing(connection, table))
             yield from named or [Finding(table.name, "", f"{count} rows are not as in the ledger")]
@@ -135,10 +146,18 @@ def _lists(detail: Any, rows: int, sum_of: int) -> bool:
     return len(lines) == rows and (listed - sum_of) % (1 << 32) == 0
 
 
-def _hex(value: Any) -> str:
-    """Give a hash, or zeros for what is none; the row is named by its own check."""
-    text = str(value)
-    return text if len(text) == 32 and set(text) <= set("0123456789abcdef") else "0" * 32
+def _hexes(values: Sequence[Any]) -> Sequence[str]:
+    """Give hashes, with zeros for what is none; the row is named by its own check."""
+    if set(map(type, values)) == {str} and set(map(len, values)) == {_LENGTH}:
+        everything = "".join(values).encode("utf-8", "surrogatepass")
+        if not everything.translate(None, _DIGITS):
+            return values
+    return [_hex(str(value)) for value in values]
+
+
+def _hex(text: str) -> str:
+    is_hash = len(text) == _LENGTH and set(text) <= set(_DIGITS.decode())
+    return text if is_hash else "0" * _LENGTH
 
 
 def differing(connection: Connection, table: Table) -> Iterator[Finding]:
@@ -177,28 +196,34 @@ def _sealed(connection: Connection, told: _Told) -> Iterator[Finding]:
         *((table.name, "plugin") for table in plugin_tables(connection)),
     ]
     for first, end in _ranges(connection, [name for name, _ in names]):
-        actual: dict[str, dict[int, int]] = {name: defaultdict(int) for name in SEALED}
+        actual = np.zeros((len(SEALED), end - first), dtype=np.uint64)
         for name, of_seal in names:
-            rows = [
-                (number, _hex(text)) for number, text in _run_rows(connection, name, first, end)
-            ]
-            if rows:
-                _add(actual[of_seal], counted, name, rows)
+            numbers, hashes = _run_rows(connection, name, first, end)
+            if len(numbers):
+                runs, sums = ledger.by_run(numbers, hashes)
+                actual[SEALED.index(of_seal), runs - first] += sums
+                count, total = counted.get(name, (0, 0))
+                counted[name] = (
+                    count + len(numbers),
+                    (total + ledger.total_of(hashes)) % MODULUS,
+                )
         within = "run_number >= ? AND run_number < ?"
         seals = list(stored_rows(connection, tables.seal, within, (first, end)))
         altered += _altered_seals(seals)
-        expected: dict[str, dict[int, int]] = {name: defaultdict(int) for name in SEALED}
-        for run, number, *sums, _ in seals:
-            for name, value in zip(SEALED, sums, strict=True):
+        expected = np.zeros_like(actual)
+        for run, number, *of_run, _ in seals:
+            for place, value in enumerate(of_run):
                 if value:
-                    expected[name][run] += value
-                    told.sealed[number, name] -= value
-        for name in SEALED:
-            blamed += [
-                (run, name, bool(actual[name][run]))
-                for run in expected[name].keys() | actual[name].keys()
-                if (expected[name][run] - actual[name][run]) & SEAL_MASK
-            ]
+                    # What is no number is refused here: of a text, % is another operation.
+                    added = 0
+                    added += value
+                    # Sums of 64 bits wrap around, which leaves the lower 48 as they are.
+                    expected[place, run - first] += np.uint64(added % (1 << 64))
+                    told.sealed[number, SEALED[place]] -= value
+        blamed += [
+            (first + place, SEALED[at], bool(actual[at, place]))
+            for at, place in np.argwhere((expected - actual) & np.uint64(SEAL_MASK)).tolist()
+        ]
     yield from altered
     yield from _judged(connection, told, counted, blamed)
 
@@ -220,21 +245,6 @@ def _ranges(connection: Connection, names: Sequence[str]) -> Iterator[tuple[int,
         yield part * _RUNS, (part + 1) * _RUNS
 
 
-def _add(
-    actual: dict[int, int],
-    counted: dict[str, tuple[int, int]],
-    name: str,
-    rows: Sequence[tuple[int, str]],
-) -> None:
-    hashes = [item[1] for item in rows]
-    numbers = np.array([item[0] for item in rows], dtype=np.int64)
-    runs, sums = ledger.by_run(numbers, hashes)
-    for run, value in zip(runs.tolist(), sums.tolist(), strict=True):
-        actual[run] += value
-    count, total = counted.get(name, (0, 0))
-    counted[name] = count + len(rows), (total + ledger.hash_sum(hashes)) % MODULUS
-
-
 def _altered_seals(seals: Sequence[Row]) -> Iterator[Finding]:
     """Name seals that do not have their hash."""
     if not seals:
@@ -249,7 +259,7 @@ def _altered_seals(seals: Sequence[Row]) -> Iterator[Finding]:
 
 def _seal_hashes(seals: Sequence[Row]) -> list[str] | None:
     columns = list(zip(*seals, strict=True))[:-1]
-    if not all(type(value) is int for column in columns for value in column):
+    if any(set(map(type, column)) != {int} for column in columns):
         return None
     try:
         return ledger.seal_hashes([np.array(column, dtype=np.int64) for column in columns])

@@ -33,7 +33,14 @@ from adeye.outputs import KEPT_FOLDER
 from adeye.store import tables
 from adeye.store.cases import JUDGED, JUDGED_CASES
 from adeye.store.database import Door, reading
-from adeye.store.encoding import hashed_names, json_text, row_hashes, stored_words, utc_text
+from adeye.store.encoding import (
+    hashed_names,
+    json_text,
+    read_chunks,
+    row_hashes,
+    stored_words,
+    utc_text,
+)
 from adeye.store.ledger import add_numbered, add_row, summed
 from adeye.store.read.campaigns import Executed as Executed  # who certifies imports it from here
 from adeye.store.read.campaigns import executed_once, find_run
@@ -206,7 +213,7 @@ def leaves(connection: Connection, campaign: str) -> Iterator[tuple[int, bytes]]
 
 
 def _verdicts(connection: Connection, within: tuple[str, int, int]) -> dict[int, list[str]]:
-    found = [tuple(item) for item in connection.exec_driver_sql(_VERDICTS, within)]
+    found = [item for chunk in read_chunks(connection, _VERDICTS, *within) for item in chunk]
     by_ordinal: dict[int, list[str]] = defaultdict(list)
     if found:
         words = stored_words(tables.verdict, _VERDICT, [item[1:] for item in found])

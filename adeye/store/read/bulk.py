@@ -11,9 +11,8 @@ from __future__ import annotations
 
 import json
 from array import array
-from collections.abc import Collection, Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from itertools import count
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -23,9 +22,8 @@ from adeye.judge.pairing import NOT_JUDGED, NOT_RUN
 from adeye.judge.verdict import VERDICTS, Outcome
 from adeye.signals import Bools, Floats, Ints
 from adeye.store.cases import standing
-from adeye.store.catalogue import is_server
+from adeye.store.encoding import read_chunks
 from adeye.store.location import Place
-from adeye.store.postgres import translated
 from adeye.store.read.campaigns import content
 from adeye.store.schema import opened
 from adeye.store.tables import TABLES, plain_digests
@@ -35,10 +33,6 @@ if TYPE_CHECKING:
     from adeye.sweep.coverage import Coverage, Situations
 
 # --- The executed runs of a campaign as columns of numbers and codes: a million fit into memory ---
-
-_CHUNK = 10_000
-_NUMBERS = count()
-"""Cursors of a server have names."""
 
 
 class _Encoder:
@@ -263,28 +257,6 @@ def encode_points(points: Iterable[Mapping[str, Any]]) -> dict[str, Labels]:
     for point in points:
         encoder.add(point)
     return encoder.columns()
-
-
-def read_chunks(
-    connection: Connection, query: str, *values: str | int
-) -> Iterator[list[tuple[Any, ...]]]:
-    """Read the rows of a query, many at a time."""
-    # The cursor of the driver: a row object of SQLAlchemy costs more than the row.
-    cursor: Any
-    if is_server(connection):
-        if not connection.in_transaction():
-            # The driver would begin one of its own, which sees other states as it goes on.
-            connection.begin()
-        driver: Any = connection.connection.dbapi_connection
-        cursor = driver.cursor(name=f"chunks_{next(_NUMBERS)}")
-        cursor.execute(translated(query), values)
-    else:
-        cursor = connection.exec_driver_sql(query, values).cursor
-    try:
-        while chunk := cursor.fetchmany(_CHUNK):
-            yield chunk
-    finally:
-        cursor.close()
 
 
 # --- Everything that a comparison of architectures needs of a campaign, in one bulk read ----------

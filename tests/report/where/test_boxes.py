@@ -7,6 +7,7 @@ import pytest
 
 from adeye.report.where.boxes import Box, Scale, separate
 from adeye.signals import Bools, Ints
+from tests.report.where.exhaustive import search
 
 GRID: Ints = np.array(list(itertools.product(range(4), range(3), range(3))))
 SCALES = (Scale(4, is_ordered=True), Scale(3, is_ordered=True), Scale(3, is_ordered=False))
@@ -85,3 +86,34 @@ def test_ends_between_many_values_are_found_where_they_are() -> None:
     assert not box.is_exact
     assert wrong(box, fails, codes) == 0
     assert sorted(box.chosen) == [0, 2]
+
+
+def random_table(seed: int) -> tuple[Ints, Ints, Ints, list[Scale]]:
+    """Give test cases at random levels, with failures that hang on one of them or on none."""
+    draw = np.random.default_rng(seed)
+    # Few levels; more than an axis is told apart by at first; one alone.
+    most = (4, 9, 16, 40)[seed % 4]
+    axes = [
+        Scale(int(draw.integers(1, most if ordered else min(most, 9))), bool(ordered), bool(joint))
+        for ordered, joint in zip(draw.random(4) < 0.6, draw.random(4) < 0.8, strict=True)
+    ]
+    scales = axes[: int(draw.integers(1, 5))]
+    count = int(draw.integers(2, 90))
+    codes = np.stack([draw.integers(0, scale.levels, count) for scale in scales], axis=1)
+    fails = draw.random(count) < draw.choice([0.05, 0.4, 0.8])
+    if seed % 3:
+        fails = (codes[:, -1] * 2 > scales[-1].levels) ^ (draw.random(count) < 0.1)
+    # Several test cases at one place, and some that are neither.
+    weights = draw.integers(0, 4, count)
+    return codes, fails * weights, ~fails * weights, scales
+
+
+@pytest.mark.parametrize("seed", range(120))
+def test_box_is_the_one_that_is_found_where_every_box_is_written_out(seed: int) -> None:
+    table = random_table(seed)
+    box, meant = separate(*table), search(*table)
+    assert (box.is_inverse, box.is_exact) == (meant.is_inverse, meant.is_exact)
+    assert {axis: levels.tolist() for axis, levels in box.chosen.items()} == {
+        axis: levels.tolist() for axis, levels in meant.chosen.items()
+    }
+    assert list(box.chosen) == list(meant.chosen)
