@@ -406,6 +406,8 @@ def as_it_stands(command: Any, ctx: Any) -> Any:
 
     told = copy(command)
     told.help, told.epilog = escape(command.help or ""), escape(command.epilog or "")
+    # What is escaped has to be read as markup, whatever a release of typer takes by default.
+    told.rich_markup_mode = "rich"
     params = [copy(param) for param in command.get_params(ctx)]
     for param in params:
         text = getattr(param, "help", None)

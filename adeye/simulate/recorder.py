@@ -2,7 +2,8 @@
 
 The recorder does this, with the truth; no channel ever sees it. A confirmed track belongs to the
 object whose body is nearest to the track's centre, if that is no farther than a gate; of several
-tracks of an object the nearest one counts, and the others are no false ones.
+tracks of an object the nearest one counts, and the others are no false ones. Likewise a detection
+of a sensor from outside the package: that is of what stands there, whatever it claims.
 
 A column holds the rows of one run one after the other, so that a run can be read and hashed in one
 go; a tick touches every run. Ticks are therefore collected in a ring that holds the rows of all
@@ -12,7 +13,7 @@ runs side by side, and a few of them at a time are moved to the columns.
 from __future__ import annotations
 
 import math
-from dataclasses import fields
+from dataclasses import fields, replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -23,7 +24,7 @@ from adeye.kernel.encounter import reachable_distance
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.relation import tick_times
 from adeye.kernel.road import lane_way, local
-from adeye.spec.sensors import LOWEST_LIDAR
+from adeye.spec.sensors import LOWEST_LIDAR, FmuSensor, PluginSensor
 from adeye.trace import COLUMNS, DRAWN, NO_TRACKS, ChannelEvent, Layout, Trace
 
 if TYPE_CHECKING:
@@ -267,6 +268,62 @@ def compare_tracks(  # noqa: PLR0913, PLR0917 - a kernel over scene and beliefs
 
 
 @compiled
+def own_detections(  # noqa: PLR0913, PLR0917 - a kernel over scene and detections
+    running: Bools,
+    mask: Bools,
+    detections: Floats,
+    claimed: Ints,
+    stamp: Floats,
+    step: float,
+    tick: int,
+    first: int,
+    recent: tuple[Floats, Floats],
+    ego: Floats,
+    objects: Floats,
+    sizes: Floats,
+    source: Ints,
+) -> None:
+    """Find the objects that detections are of by where they say that something is.
+
+    Whoever measured says only whether a detection is of an object at all.
+
+    Args:
+        running: (B,) runs that have not ended.
+        mask: (B, N) detections that are there.
+        detections: (B, N, 7) in the vehicle frame of their time.
+        claimed: (B, N) object that each is said to be of, -1 for none.
+        stamp: (B,) time of the sample [s].
+        step: Master clock [s].
+        tick: Of now.
+        first: Row of the ring's first.
+        recent: The rows from there on: ego (R, B, 7), objects (R, B, M, 5).
+        ego: (B, T, 7) the rows before.
+        objects: (B, T, M, 5).
+        sizes: (B, M, 3).
+        source: (B, N) out: the object whose body is nearest, -1 if none is in the gate.
+    """
+    for run in range(running.shape[0]):
+        source[run] = -1
+        if not (running[run] and stamp[run] >= 0.0):
+            continue
+        row = min(round(stamp[run] / step), tick)
+        if row >= first:
+            own, others = recent[0][row - first, run], recent[1][row - first, run]
+        else:
+            own, others = ego[run, row], objects[run, row]
+        sine, cosine = sin_cos(own[signals.EGO_HEADING])
+        for slot in range(mask.shape[1]):
+            x = detections[run, slot, signals.DETECTION_X]
+            y = detections[run, slot, signals.DETECTION_Y]
+            if not mask[run, slot] or claimed[run, slot] < 0 or not math.isfinite(x + y):
+                continue
+            map_x = own[signals.EGO_X] + cosine * x - sine * y
+            map_y = own[signals.EGO_Y] + sine * x + cosine * y
+            distance = math.sqrt(x * x + y * y)
+            source[run, slot] = _owner(map_x, map_y, distance, others, sizes[run])
+
+
+@compiled
 def show_nothing(error: Floats, false: NDArray[Any]) -> None:
     """Say that a channel shows no tracks: NaN for every object, ``NO_TRACKS`` false ones."""
     for run in range(error.shape[0]):
@@ -433,6 +490,10 @@ class Recorder:
             is_drawn=drawn,
         )
         self._mounts = mounts or {}
+        sensors = layout.architecture.sensors
+        # Whose code is not of the package: what they claim to have seen is looked at.
+        guests = (FmuSensor, PluginSensor)
+        self._guests = {name for name in layout.sensors if isinstance(sensors.get(name), guests)}
         # Which columns hold floats, codes or flags is the table's business, not the checker's.
         self._columns: dict[str, Any] = {
             name: memory.array(name, (runs, rows, *shapes[name]), _kind(name)) for name in COLUMNS
@@ -461,6 +522,8 @@ class Recorder:
             reading = readings[name]
             ring["sensor_stamp"][place, :, index] = reading.stamp
             ring["sensor_alive"][place, :, index] = reading.alive
+            if name in self._guests:
+                reading = replace(reading, source=self._owned(scene, reading))
             mark_detected(reading.mask, reading.source, ring["detected"][place, :, index])
             if self._is_drawn:
                 self._draw_detections(scene, index, reading)
@@ -484,6 +547,27 @@ class Recorder:
         ring["reason"][place] = authority.reason
         ring["command"][place] = command
         ring["fault_active"][place] = active
+
+    def _owned(self, scene: Scene, reading: Measurement) -> Ints:
+        """Return the objects (B, N) that the detections of a guest are of."""
+        ring, columns, context = self._ring, self._columns, self._layout.context
+        source = np.full(reading.mask.shape, -1, dtype=np.int64)
+        own_detections(
+            scene.running,
+            reading.mask,
+            reading.detections,
+            reading.source,
+            np.minimum(reading.stamp, scene.time),
+            context.step,
+            scene.tick,
+            self._first,
+            (ring["ego"], ring["objects"]),
+            columns["ego"],
+            columns["objects"],
+            context.object_sizes,
+            source,
+        )
+        return source
 
     def _compare_tracks(self, scene: Scene, channel: int, proposal: ControlCommand) -> None:
         ring, columns, context = self._ring, self._columns, self._layout.context

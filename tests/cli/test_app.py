@@ -193,7 +193,7 @@ def test_no_plugin_of_pydantic_is_asked_what_is_valid(tmp_path: Path) -> None:
     about.mkdir()
     (about / "METADATA").write_text("Metadata-Version: 2.1\nName: lenient\nVersion: 1.0\n")
     (about / "entry_points.txt").write_text("[pydantic]\nlenient = lenient:plugin\n")
-    odd = ROOT / "odd" / "fmu_vehicle.yaml"
+    odd = ROOT / "odd" / "motorway_chauffeur.yaml"
     code, out, err = program("plan", str(odd), cwd=tmp_path, PYTHONPATH=f"{tmp_path}:{ROOT}")
     assert (code, "Test cases" in out) == (0, True), err
     assert not (tmp_path / "asked").exists()

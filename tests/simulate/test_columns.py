@@ -367,3 +367,46 @@ def test_reading_marks_the_objects_behind_its_detections() -> None:
     # A detection without an object leaves no mark, and what was marked before is forgotten.
     mark_detected(mask, np.array([[1, -1, 0], [0, 2, 1]]), detected)
     assert detected.tolist() == [[False, True, False], [False, True, True]]
+
+
+def guest_layout() -> Layout:
+    """Return the layout with a sensor of somebody else in the place of the first one."""
+    theirs = architecture({**SENSORS, "front": {"kind": "./theirs.py:Theirs", "rate": "20 Hz"}})
+    return replace(LAYOUT, architecture=theirs, architectures=(theirs,) * RUNS)
+
+
+# The objects are 40 m and 20 m ahead of an ego at x = 0, and a car is 1.8 m wide.
+@pytest.mark.parametrize(
+    ("claimed", "place", "is_of"),
+    [
+        (0, (38.0, 1.0), 0),
+        # It says whose it is, and it is not there.
+        (0, (-40.0, 30.0), None),
+        (0, (21.0, 0.0), 1),
+        (1, (math.nan, 0.0), None),
+        # Somebody's false alarm is one, wherever it is.
+        (-1, (40.0, 0.0), None),
+        # From its side the gate is 2.5 m and 5 % of the distance.
+        (0, (40.0, 0.9 + 3.5), 0),
+        (0, (40.0, 0.9 + 4.8), None),
+    ],
+)
+@pytest.mark.parametrize("late", [0, 2])
+def test_detection_of_a_guest_is_of_what_is_there(
+    claimed: int, place: tuple[float, float], is_of: int | None, late: int
+) -> None:
+    found = {}
+    ticks = 19  # more than are held back
+    for layout in (LAYOUT, guest_layout()):
+        recorder = begun(ticks + 1, layout=layout)
+        for tick in range(ticks):
+            # The ego moves; what was measured is where it was then.
+            then = max(0, tick - late)
+            told = reading(0.05 * then, {claimed: (place[0] - then, place[1])})
+            add(recorder, shown(tick), front=told)
+        seen = closed(recorder, shown(ticks))["detected"]
+        assert (seen[0] == seen[1]).all()
+        found[layout is LAYOUT] = seen[0, :-1, 0]
+    assert (found[False] == [thing == is_of for thing in range(2)]).all()
+    # Of one of the package it is known.
+    assert (found[True] == [thing == claimed for thing in range(2)]).all()
