@@ -15,7 +15,14 @@ from typing import TYPE_CHECKING, Any, Final
 from sqlalchemy import BigInteger, Boolean, Float, Integer, create_engine, event
 from sqlalchemy.exc import DBAPIError
 
-from adeye.errors import InputError, IntegrityError, LostConnection, PlatformError, needing
+from adeye.errors import (
+    AdeyeError,
+    InputError,
+    IntegrityError,
+    LostConnection,
+    PlatformError,
+    needing,
+)
 from adeye.store.sql import statement
 from adeye.units import shown
 
@@ -177,7 +184,7 @@ def errors_in_words(location: Location) -> Iterator[None]:
         raise _in_words(getattr(error, "orig", None) or error, location) from None
 
 
-def _in_words(error: BaseException, location: Location) -> PlatformError | IntegrityError:
+def _in_words(error: BaseException, location: Location) -> AdeyeError:
     text = str(error).partition("\n")[0]
     state = getattr(error, "sqlstate", None)
     # If a server answered but does not let in, the driver gives none.
@@ -190,6 +197,10 @@ def _in_words(error: BaseException, location: Location) -> PlatformError | Integ
         )
     if state.startswith("XX"):
         return IntegrityError(f"database {location} is damaged: {text}. Restore it from a copy.")
+    if not state and re.search(r"\binvalid \S+ value\b", text):
+        # The driver has not asked anybody yet.
+        remedy = "Correct the option of the address, or leave it out."
+        return InputError(f"database {location}: {text}", remedy=remedy)
     if not state or state.startswith(_LOST):
         return LostConnection(
             f"database {location} cannot be reached ({text}). Check server and network, run again."

@@ -48,6 +48,13 @@ def test_option_that_the_driver_does_not_know_is_named_without_its_value() -> No
     assert "canary" not in str(caught.value)
 
 
+@pytest.mark.parametrize("option", ["sslmode", "target_session_attrs"])
+def test_value_of_an_option_that_there_is_not_is_no_lost_connection(option: str) -> None:
+    database = Database(locate(f"postgresql://127.0.0.1:1/evidence?{option}=nonsense"))
+    with pytest.raises(InputError, match=f'invalid {option} value: "nonsense"'), database.read():
+        pass
+
+
 def odd_rows(count: int) -> list[Row]:
     return [
         row(tables.CONTENT["odd"], (f"{number:064x}", f"odd{number}", "1", "{}" * (number % 3)))
