@@ -382,7 +382,8 @@ class Measurement:
         alive: (B,) whether the sensor delivers at all.
         mask: (B, M) which detections are there.
         detections: (B, M, 7), see ``DETECTION_COLUMNS``.
-        source: (B, M) object behind each detection, -1 for none.
+        source: (B, M) object behind each detection, -1 for none; of a sensor from outside the
+            package only whether there is one, as the recorder looks where it is.
         estimate: (B, 13) ego estimate, see ``ESTIMATE_COLUMNS``; None if it gives none.
         points: (B, P, 3) returns of a lidar's beams, see ``POINT_COLUMNS``; None of other sensors.
         hits: (B, P) object behind each return, -1 for none; for the recorder only.
