@@ -83,12 +83,13 @@ def _move(
 
 
 def _interval(sums: Floats) -> Bools:
-    before = np.concatenate(([0.0], np.cumsum(sums))) * WRONG
-    starts = before[:-1] + (np.arange(len(sums)) > 0)
-    ends = before[1:] - (np.arange(len(sums)) < len(sums) - 1)
-    last = int((ends - np.minimum.accumulate(starts)).argmax())
-    first = int(starts[: last + 1].argmin())
-    return _between(len(sums), first, last)
+    size = len(sums)
+    found = {
+        (first, last): sums[first : last + 1].sum() * WRONG - (first > 0) - (last < size - 1)
+        for last in range(size)
+        for first in range(last + 1)
+    }
+    return _between(size, *max(found, key=found.__getitem__))  # the first of several
 
 
 def _cost(
