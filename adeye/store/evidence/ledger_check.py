@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from operator import index
 from typing import Any, Final
 
 import numpy as np
@@ -214,11 +215,8 @@ def _sealed(connection: Connection, told: _Told) -> Iterator[Finding]:
         for run, number, *of_run, _ in seals:
             for place, value in enumerate(of_run):
                 if value:
-                    # What is no number is refused here: of a text, % is another operation.
-                    added = 0
-                    added += value
                     # Sums of 64 bits wrap around, which leaves the lower 48 as they are.
-                    expected[place, run - first] += np.uint64(added % (1 << 64))
+                    expected[place, run - first] += np.uint64(index(value) % (1 << 64))
                     told.sealed[number, SEALED[place]] -= value
         blamed += [
             (first + place, SEALED[at], bool(actual[at, place]))
