@@ -647,7 +647,7 @@ def require_own_state(name: str, helpers: frozenset[str]) -> None:
             users = list(_SHARED[key].items())  # another thread may add one meanwhile
             for part, left in users if len(users) > 1 else ():
                 _require_same(part, key, module, left, is_whole=True)
-        require_as_written(keys - new)
+        _require_as_written(keys - new)
         _USED.get(set()).update(keys)
     except SpecError:
         for key in new:  # it is no user: whoever tries again hears the same
@@ -668,10 +668,10 @@ def settings_kept() -> Iterator[None]:
         yield
     finally:
         _USED.reset(before)
-    require_as_written(used)
+    _require_as_written(used)
 
 
-def require_as_written(keys: Iterable[tuple[str, str]]) -> None:
+def _require_as_written(keys: Iterable[tuple[str, str]]) -> None:
     """Refuse a module that several parts use and whose settings one of them has changed.
 
     Settings are numbers, texts and arrays, also within tables, records and classes. What is added
