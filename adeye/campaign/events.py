@@ -18,6 +18,7 @@ from adeye.signals import (
 )
 from adeye.store.block import EventBlock
 from adeye.store.encoding import Dictionary, Texts
+from adeye.store.rules import BEGINS, IDLE
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -27,8 +28,6 @@ if TYPE_CHECKING:
     from adeye.signals import Bools, Floats, Ints
     from adeye.trace import Trace
 
-IDLE: Final = " begins, and changes nothing"
-"""What follows the name of an event that leaves its actor as it was."""
 _NO_CHANGE: Final = 1e-6
 """Of a speed [m/s] and a lateral place [m]: below it lies rounding."""
 _KINDS = ("channel", "contact", "fault", "monitor", "sensor", "storyboard", "switch")
@@ -108,7 +107,7 @@ def _storyboard(trace: Trace, found: _Found) -> None:
     for index, name in enumerate(trace.layout.context.event_ids):
         runs = np.flatnonzero(np.isfinite(begun[:, index]))
         is_idle = _changes_nothing(trace, begun, index)[runs]
-        for chosen, text in ((runs[~is_idle], f"{name} begins"), (runs[is_idle], name + IDLE)):
+        for chosen, text in ((runs[~is_idle], name + BEGINS), (runs[is_idle], name + IDLE)):
             found.add("storyboard", name, text, chosen, begun[chosen, index])
         lost = np.flatnonzero(np.isinf(begun[:, index]))
         times = trace.time[np.isinf(trace["begun"][lost, :, index]).argmax(axis=1)]
@@ -127,23 +126,25 @@ def _changes_nothing(trace: Trace, begun: Floats, index: int) -> Bools:
         begun: (B, E) when each event began [s]; NaN where it did not, inf where it was lost.
         index: Of the event.
     """
-    is_idle = np.zeros(trace.runs, dtype=np.bool_)
-    moved = trace.layout.moved
-    if not moved:
-        return is_idle
+    moved = np.array(trace.layout.moved)
+    if not len(moved):
+        return np.zeros(trace.runs, dtype=np.bool_)
+    has_begun = np.isfinite(begun[:, index])
+    since = np.where(has_begun, begun[:, index], 0.0)[:, np.newaxis]
+    # Another one of the actor may end it; NaN compares false, and inf is no end.
+    others = begun[:, moved == moved[index]]
+    ends = trace.time[trace.length - 1]
+    until = np.where(others > since, others, np.inf).min(axis=1, initial=np.inf)
+    until = np.minimum(until, ends)[:, np.newaxis]
+    first, last = (np.rint(time / trace.layout.context.step) for time in (since, until))
     rows = np.arange(trace.time.shape[0])
-    speed = trace["objects"][:, :, moved[index], OBJECT_SPEED]
-    place = trace["object_places"][:, :, moved[index], PLACE_D]
-    others = begun[:, np.array(moved) == moved[index]]
-    for run in np.flatnonzero(np.isfinite(begun[:, index])):
-        since, later = begun[run, index], others[run]
-        later = later[np.isfinite(later) & (later > since)]
-        until = later.min(initial=trace.time[trace.length[run] - 1])
-        step = trace.layout.context.step
-        first, last = (round(float(time) / step) for time in (since, until))
-        own = (rows >= first) & (rows <= last)
-        changes = [np.ptp(column[run, own]) for column in (speed, place)]
-        is_idle[run] = last > first and max(changes) <= _NO_CHANGE
+    own = (rows >= first) & (rows <= last)
+    is_idle = has_begun & (last > first)[:, 0]
+    for column, quantity in (("objects", OBJECT_SPEED), ("object_places", PLACE_D)):
+        values = trace[column][:, :, moved[index], quantity]
+        most = np.where(own, values, -np.inf).max(axis=1)
+        least = np.where(own, values, np.inf).min(axis=1)
+        is_idle &= most - least <= _NO_CHANGE
     return is_idle
 
 

@@ -51,6 +51,11 @@ def _viewed(*names: str, needs_evidence: bool = False) -> tuple[Rule, ...]:
 
 # --- The integrity rules of what is planned and of the evidence that there is ---------------------
 
+BEGINS: Final = " begins"
+"""What follows the name of a storyboard event in the timeline, where it begins."""
+IDLE: Final = f"{BEGINS}, and changes nothing"
+"""The same of one that leaves its actor as it was."""
+
 IDLE_FAULT: Final = Rule(
     "idle_fault",
     "A fault is planned that changes nothing, or is planned nowhere.",

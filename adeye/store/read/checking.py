@@ -19,7 +19,16 @@ from adeye.store.ledger import insert_rows
 from adeye.store.location import Place, locate
 from adeye.store.read.campaigns import find_campaign, latest_campaign
 from adeye.store.records import CampaignInfo, CampaignRecord
-from adeye.store.rules import IDLE_EVENT, IDLE_FAULT, RULES, UNBEGUN_EVENT, Rule, check_view_ddl
+from adeye.store.rules import (
+    BEGINS,
+    IDLE,
+    IDLE_EVENT,
+    IDLE_FAULT,
+    RULES,
+    UNBEGUN_EVENT,
+    Rule,
+    check_view_ddl,
+)
 from adeye.store.schema import opened
 from adeye.store.tables import plain_digests
 from adeye.store.write.content import save_concept, save_content
@@ -276,7 +285,7 @@ def unbegun_events(connection: Connection, campaign: str) -> tuple[tuple[str, st
     executed = runs.format("", "")
     began = runs.format(
         f"JOIN event e ON e.run_number = r.number AND {standing('r.result_digest')}",
-        "AND e.kind = 'storyboard' AND e.text LIKE '% begins%' AND e.subject = ?",
+        "AND e.kind = 'storyboard' AND e.text IN (?, ?)",
     )
     return tuple(
         (scenario, name, bool(written.get("optional")))
@@ -284,7 +293,9 @@ def unbegun_events(connection: Connection, campaign: str) -> tuple[tuple[str, st
         for name, written in content["storyboard"].items()
         if name not in content["realised"]
         and connection.exec_driver_sql(executed, (campaign, scenario)).first()
-        and not connection.exec_driver_sql(began, (campaign, scenario, name)).first()
+        and not connection.exec_driver_sql(
+            began, (campaign, scenario, name + BEGINS, name + IDLE)
+        ).first()
     )
 
 
@@ -302,14 +313,11 @@ def idle_events(connection: Connection, campaign: str) -> tuple[tuple[str, str],
         "SELECT DISTINCT c.scenario, e.subject FROM campaign_case c "  # noqa: S608 - own words
         "JOIN run r ON r.result_digest = c.result_digest JOIN event e ON e.run_number = r.number "
         f"AND {standing('r.result_digest')} "
-        "WHERE c.campaign_id = ? AND e.kind = 'storyboard' AND e.text LIKE ?"
+        "WHERE c.campaign_id = ? AND e.kind = 'storyboard' AND e.text = e.subject || ?"
     )
     idle, real = (
-        {
-            (row[0], row[1])
-            for row in connection.exec_driver_sql(began, (campaign, f"% begins{end}"))
-        }
-        for end in (", and changes nothing", "")
+        {(row[0], row[1]) for row in connection.exec_driver_sql(began, (campaign, end))}
+        for end in (IDLE, BEGINS)
     )
     return tuple(sorted(idle - real))
 
