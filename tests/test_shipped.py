@@ -13,7 +13,7 @@ from adeye.cli.app import main
 from adeye.judge.verdict import ExitCode, Verdict
 from adeye.report.gate.baseline import read_baseline
 from adeye.report.metrics import moves
-from adeye.sweep.axes import set_path
+from adeye.sweep.axes import with_path
 from tests.figures import figures_of
 from tests.project import CANDIDATE, ROOT, Executed, Project
 
@@ -87,7 +87,7 @@ def test_one_edit_of_the_candidate_fails_a_mandatory_requirement(edit: str, tmp_
     project = shipped(tmp_path / "project", MOTORWAY)
     path, value = EDITS[edit]
     with project.edited(CANDIDATE) as candidate:
-        set_path(candidate, tuple(path.split(".")), value)
+        candidate.update(with_path(candidate, tuple(path.split(".")), value))
         if edit == "radar removed":
             del candidate["sensors"]["front_radar"]
     with project.edited_odd() as odd:

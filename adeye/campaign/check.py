@@ -47,7 +47,7 @@ from adeye.spec.plausible import BOUNDS, Implausible, implausible
 from adeye.spec.quantity import Record, require_dimension
 from adeye.spec.sensor_faults import SensorFault
 from adeye.sweep.axes import AxisReader, Kind, default_values
-from adeye.sweep.case import content_digest
+from adeye.sweep.case import content_digest, nameless_digest
 from adeye.sweep.expand import Expansion, World
 from adeye.sweep.groups import guilty_path
 from adeye.units import Dimension, parse_quantity
@@ -329,9 +329,9 @@ def same_scenarios(expansion: Expansion) -> Iterator[str]:
     alike: dict[str, dict[str, list[Section]]] = {}
     for section in expansion.sections:
         shared = expansion.shared(section)
-        scenario = {**shared.scenario.executable(), "scenario": ""}
         faults = [fault.executable() for fault in shared.faults]
-        key = digest([scenario, content_digest(shared.architecture), faults])
+        parts = [nameless_digest(shared.scenario), content_digest(shared.architecture), faults]
+        key = digest(parts)
         uses = alike.setdefault(f"{shared.architecture.architecture} {key}", {})
         uses.setdefault(shared.scenario_id, []).append(section)
     repeated: Counter[tuple[str, str]] = Counter()

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adeye.kernel import strips as across
+from adeye.kernel.jit import compiled, inlined
 from adeye.maps import arcs, lanes, network
 from adeye.maps.lanes import LaidRoad, Step, Strip
 from adeye.maps.mirror import mirrored
@@ -260,9 +261,10 @@ class Lanes:
         for low, high in _straights(np.concatenate([right, left]), is_lane, along):
             found, number = [], 0
             far = along[high] - along[low]
+            widest = width[:, low:high].max(axis=1)
             for item, row in enumerate(rows):
                 kind = self._kind(section, ordered[item])
-                if max(width[item, low:high]) <= 0.0:
+                if widest[item] <= 0.0:
                     continue
                 lane = number if is_lane[item, low] else -1
                 number += lane >= 0
@@ -302,26 +304,39 @@ def _straights(edges: Floats, marks: NDArray[np.bool_], along: Floats) -> Iterat
     while low < last:
         changed = np.flatnonzero((marks[:, low:] != marks[:, low : low + 1]).any(axis=0))
         most = low + int(changed[0]) if len(changed) else last
-        high = most
-        while high > low + 1 and not _is_straight(edges[:, low : high + 1], along[low : high + 1]):
-            high = low + (high - low) // 2
-        # Halving goes too far back: forward again as long as it is straight.
-        step = max(1, (high - low) // 2)
-        while step:
-            if high + step <= most and _is_straight(
-                edges[:, low : high + step + 1], along[low : high + step + 1]
-            ):
-                high += step
-            else:
-                step //= 2
+        high = _straight_until(edges, along, low, most)
         yield low, high
         low = high
 
 
-def _is_straight(edges: Floats, along: Floats) -> bool:
-    share = (along - along[0]) / (along[-1] - along[0])
-    straight = edges[:, :1] + (edges[:, -1:] - edges[:, :1]) * share
-    return bool(np.max(np.abs(edges - straight)) <= STRAIGHT)
+@compiled
+def _straight_until(edges: Floats, along: Floats, low: int, most: int) -> int:
+    """Return the sample, one further at least, until which all edges are straight from another."""
+    high = most
+    while high > low + 1 and not _is_straight(edges, along, low, high):
+        high = low + (high - low) // 2
+    # Halving goes too far back: forward again as long as it is straight.
+    step = max(1, (high - low) // 2)
+    while step > 0:
+        if high + step <= most and _is_straight(edges, along, low, high + step):
+            high += step
+        else:
+            step //= 2
+    return high
+
+
+@inlined
+def _is_straight(edges: Floats, along: Floats, low: int, high: int) -> bool:
+    way = along[high] - along[low]
+    if way <= 0.0:
+        return False
+    for edge in range(edges.shape[0]):
+        begin, rise = edges[edge, low], edges[edge, high] - edges[edge, low]
+        for at in range(low, high + 1):
+            straight = begin + rise * ((along[at] - along[low]) / way)
+            if not abs(edges[edge, at] - straight) <= STRAIGHT:
+                return False
+    return True
 
 
 def steps_of(pieces: Sequence[Piece]) -> tuple[float, float]:

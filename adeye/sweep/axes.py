@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import math
 import re
 from collections.abc import Mapping, Sequence
@@ -471,15 +470,15 @@ class Variants:
         return kept
 
 
-def set_path(content: dict[str, Any], path: Path, value: Any) -> None:
-    """Write a value at a dotted path, making mappings where the file left defaults out."""
-    for part in path[:-1]:
-        child = content.get(part)
-        if not isinstance(child, dict):
-            child = {}
-            content[part] = child
-        content = child
-    content[path[-1]] = value
+def with_path(content: Mapping[str, Any], path: Path, value: Any) -> dict[str, Any]:
+    """Return content with a value at a dotted path; what the file left out is made on the way.
+
+    What is not on the way is shared, not copied: the road of a place has thousands of numbers.
+    """
+    name, *rest = path
+    child = content.get(name)
+    inner = child if isinstance(child, Mapping) else {}
+    return {**content, name: with_path(inner, tuple(rest), value) if rest else value}
 
 
 @dataclass(frozen=True)
@@ -504,11 +503,11 @@ class _Changed:
 
 
 def _changed(model: type[Spec], content: Mapping[str, Any], changes: tuple[Change, ...]) -> Spec:
-    changed = copy.deepcopy(dict(content))
+    changed = content
     for change in changes:
         value: Any = list(change.value) if isinstance(change.value, tuple) else change.value
         value = dict(value.content) if isinstance(value, PlaceRoad) else value
-        set_path(changed, change.path, value)
+        changed = with_path(changed, change.path, value)
     try:
         return validate(_Changed(changed, changes), model)
     except InputError as error:

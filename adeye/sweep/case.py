@@ -198,6 +198,7 @@ def case_json(
 _Digests: TypeAlias = "dict[int, tuple[LogicalScenario | Architecture, str]]"
 """By identity of the record, which is its own while the reference is kept."""
 _CONTENT: _Digests = {}
+_NAMELESS: _Digests = {}
 _STRUCTURE: _Digests = {}
 
 
@@ -224,6 +225,11 @@ def content_digest(part: LogicalScenario | Architecture) -> str:
         sha256 in hex.
     """
     return _once(_CONTENT, part, part.executable)
+
+
+def nameless_digest(scenario: LogicalScenario) -> str:
+    """Hash the executable content of a scenario but for its id, as ``content_digest`` does."""
+    return _once(_NAMELESS, scenario, lambda: {**scenario.executable(), "scenario": ""})
 
 
 # --- Group test cases into batches: one structure inside a batch, only values vary ----------------

@@ -15,7 +15,7 @@ from adeye.spec.fault import FAULT
 from adeye.spec.load import load_architecture
 from adeye.spec.quantity import SI
 from adeye.spec.sensors import Camera, PluginSensor
-from adeye.sweep.axes import set_path
+from adeye.sweep.axes import with_path
 from tests.refusals import refused
 from tests.stored import stored
 
@@ -32,9 +32,7 @@ CONTENT: dict[str, Any] = load_document(
 
 def content(*place: str, value: Any) -> dict[str, Any]:
     """Return the shipped architecture with one value changed."""
-    changed = copy.deepcopy(CONTENT)
-    set_path(changed, place, value)
-    return changed
+    return with_path(copy.deepcopy(CONTENT), place, value)
 
 
 def errors(changed: dict[str, Any]) -> list[tuple[tuple[int | str, ...], str]]:

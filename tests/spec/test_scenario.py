@@ -11,7 +11,7 @@ from adeye.spec.document import load_document
 from adeye.spec.load import load_scenario
 from adeye.spec.quantity import SI
 from adeye.spec.scenario import LaneChange, LogicalScenario, Parameter, PlaceQuery, SpeedChange
-from adeye.sweep.axes import set_path
+from adeye.sweep.axes import with_path
 from tests.refusals import refused
 from tests.stored import stored
 
@@ -27,8 +27,7 @@ CONTENT: dict[str, Any] = load_document(ROOT / "motorway" / "cut_in.yaml").value
 
 def content(*place: str, value: Any) -> dict[str, Any]:
     """Return the shipped cut-in with one value changed; None removes it."""
-    changed = copy.deepcopy(CONTENT)
-    set_path(changed, place, value)
+    changed = with_path(copy.deepcopy(CONTENT), place, value)
     if value is None:
         part: Any = changed
         for key in place[:-1]:

@@ -158,8 +158,9 @@ def change(path: str, value: Any, where: SourceLocation = HERE) -> axes.Change:
 
 @pytest.mark.parametrize(("content", "path", "result"), TABLES["value is written at its path"])
 def test_value_is_written_at_its_path(content: Any, path: tuple[str, ...], result: Any) -> None:
-    axes.set_path(content, path, 9)
-    assert content == result
+    before = repr(content)
+    assert axes.with_path(content, path, 9) == result
+    assert repr(content) == before
 
 
 def test_file_stays_as_it_was(load: Callable[..., OddFiles]) -> None:
