@@ -44,6 +44,8 @@ OVERLAP, DEEP_OVERLAP = 0.3, 1.0
 """How far lanes reach into each other [m]: what is told, and what two vehicles would touch in."""
 LEVEL: Final = 3.0
 """Roads that are further apart in height pass over each other [m]."""
+FASTEST_POSTED: Final = 160.0 / 3.6
+"""Highest speed limit that is posted anywhere [m/s]."""
 STEP: Final = 2.0
 """Between the points of a lane that are looked at, at most [m]."""
 
@@ -288,8 +290,7 @@ def _words(scene: _Scene) -> Iterator[Finding]:
     """Yield what is said of roads and lanes and cannot be meant."""
     for road in scene.rows.map.roads.values():
         for kind in road.types:
-            if kind.limit <= 0.0:
-                yield _no_speed(kind.line, f"road {road.id}, s {kind.s:.2f} m")
+            yield from _limit(kind.limit, kind.line, f"road {road.id}, s {kind.s:.2f} m")
         for number, section in enumerate(road.sections):
             for lane in section.lanes:
                 place = f"road {road.id}, section {number}, lane {lane.id}"
@@ -298,13 +299,20 @@ def _words(scene: _Scene) -> Iterator[Finding]:
                     yield _nowhere("unknown_type", "warning", lane.line, place, message)
                 row = scene.rows.find(road.id, number, lane.id)
                 for speed in lane.speeds if row is not None and scene.is_driven[row] else ():
-                    if speed.limit <= 0.0:
-                        yield _no_speed(speed.line, place)
+                    yield from _limit(speed.limit, speed.line, place)
 
 
-def _no_speed(line: int, place: str) -> Finding:
-    message = "has a speed limit of 0, so that nobody may drive on"
-    return _nowhere("no_speed", "error", line, place, message)
+def _limit(limit: float, line: int, place: str) -> Iterator[Finding]:
+    """Yield what is wrong with a speed limit [m/s]; infinite for none, NaN if nothing is said."""
+    if limit <= 0.0:
+        message = "has a speed limit of 0, so that nobody may drive on"
+        yield _nowhere("no_speed", "error", line, place, message)
+    elif FASTEST_POSTED < limit < math.inf:
+        message = (
+            f"has a speed limit of {3.6 * limit:.0f} km/h, more than any road has: if its unit is "
+            "missing, it is read as m/s"
+        )
+        yield Finding("fast", "warning", line, place, math.nan, math.nan, limit, message)
 
 
 def _step(step: lanes.Step, line: int, place: str, what: str) -> Iterator[Finding]:

@@ -219,6 +219,7 @@ def test_a_street_steeper_than_any_is_no_place() -> None:
         ({"speeds": (LaneSpeed(0.0, 0.0, 7),)}, {"no_speed"}),
         ({"type": "none", "speeds": (LaneSpeed(0.0, 0.0, 7),)}, {"dead_end", "unreached"}),
         ({"speeds": (LaneSpeed(0.0, math.inf, 7), LaneSpeed(9.0, 5.0, 8))}, set()),
+        ({"speeds": (LaneSpeed(0.0, 50.0, 7),)}, {"fast"}),
     ],
 )
 def test_chain_of_lanes_is_driven_throughout(middle: Any, wanted: set[str]) -> None:
@@ -244,4 +245,11 @@ def test_limit_of_zero_of_a_road_is_an_error() -> None:
 
     assert found(drawn(0.0))["no_speed"].line == 5
     assert not found(drawn(math.nan))
-    assert not found(drawn(13.9))
+    assert not found(drawn(44.4))
+
+
+def test_limit_above_any_that_is_posted_lacks_its_unit() -> None:
+    types = (RoadType(0.0, "motorway", 130.0, 5),)
+    fast = found(network(road([piece("line", 100.0)], ALONE, types=types)))["fast"]
+    assert (fast.line, fast.severity, fast.value) == (5, "warning", 130.0)
+    assert "468 km/h" in fast.message

@@ -86,6 +86,17 @@ MOST_APART: Final = (0.1, 0.01)
 """By how much speed [m/s] and heading [rad] may differ, over ``MEMORY_S``, from what acceleration
 and yaw rate lead to: a hundredth of what tyres do in it. Our choice."""
 
+MOST_ASTRAY: Final = 0.1
+"""How far a vehicle may come, over ``MEMORY_S``, from where its speed leads [m]: one that creeps
+while it says that it stands is no faster than what counts as standing. Our choice."""
+
+MISTOLD: Final = 0.03
+"""Share of the way by which it may come farther, or less far, than its speed leads. Our choice."""
+
+ASIDE: Final = 0.6
+"""Share of the way that it may go aside of its heading: 30 degrees of slip, or wheels that are
+turned all the way, for the place is that half-way between the axles. Our choice."""
+
 MEMORY_S: Final = 1.0
 """Time after which a difference counts for a third only [s]. Our choice."""
 
@@ -107,6 +118,7 @@ class Plants:
         self._plants = [plants[run] for run in self._runs]
         self._wired: list[Wired] = []
         self._apart = [(0.0, 0.0)] * len(self._runs)
+        self._astray = [(0.0, 0.0, 0.0)] * len(self._runs)
         self._fmus: Fmus | None = None
 
     def move(
@@ -144,6 +156,7 @@ class Plants:
             self._write(at, found, command, before, states)
             run = self._runs[at]
             self._require_continuous(at, asked[at].begin, before[run], states[run])
+            self._require_true_speed(at, asked[at].begin, before[run], states[run])
             self._require_true_rates(at, asked[at].begin, before[run], states[run])
 
     def close(self) -> None:
@@ -203,6 +216,35 @@ class Plants:
         if abs(now[EGO_STEERING]) > MOST_STEERED:
             said = f"it steers by {now[EGO_STEERING]:.3g} rad, at most {MOST_STEERED:.3g}"
             self._fail(at, Broken(INVALID_OUTPUT, said), time)
+
+    def _require_true_speed(self, at: int, time: float, before: Floats, now: Floats) -> None:
+        """Refuse a vehicle that its speed does not lead to where it is.
+
+        What is no leap in a tick may be one in many: what remains is summed up. The speed may be
+        that of the place, or its part along the vehicle, which differ where it slips.
+        """
+        step = self._step
+        x, y = now[EGO_X] - before[EGO_X], now[EGO_Y] - before[EGO_Y]
+        turned = wrap_to_pi(now[EGO_HEADING] - before[EGO_HEADING])
+        heading = before[EGO_HEADING] + 0.5 * turned
+        along = x * math.cos(heading) + y * math.sin(heading)
+        aside = y * math.cos(heading) - x * math.sin(heading)
+        driven = 0.5 * (before[EGO_SPEED] + now[EGO_SPEED]) * step
+        farther = min(along - driven, math.copysign(math.hypot(x, y), along) - driven, key=abs)
+        kept = math.exp(-step / MEMORY_S)
+        last = self._astray[at]
+        way = kept * last[2] + abs(driven)
+        self._astray[at] = (kept * last[0] + farther, kept * last[1] + aside, way)
+        found = (("along", MISTOLD), ("aside of", ASIDE))
+        for (where, share), total in zip(found, self._astray[at][:2], strict=True):
+            most = MOST_ASTRAY + share * way
+            if not abs(total) <= most:
+                said = (
+                    f"it is away from where its speed, {now[EGO_SPEED]:.3g} m/s, brings it {where} "
+                    f"its heading: by {abs(total):.3g} m within about {MEMORY_S:g} s, at most "
+                    f"{most:.3g} is slip"
+                )
+                self._fail(at, Broken(INVALID_OUTPUT, said), time)
 
     def _require_true_rates(self, at: int, time: float, before: Floats, now: Floats) -> None:
         """Refuse a vehicle whose acceleration or yaw rate does not lead where it is.

@@ -25,9 +25,9 @@ PLANT: dict[str, Any] = {
 LAGLESS = {"acceleration_lag": "0 s", "steering_lag": "0 s"}
 
 
-def case(plant: Any = PLANT, **vehicle: Any) -> TestCase:
+def case(plant: Any = PLANT, speed: float = 30.0, step: float = 0.05, **vehicle: Any) -> TestCase:
     given = {**LAGLESS, **vehicle} | ({} if plant is None else {"plant": plant})
-    return make_case(make_scenario(), vehicle=given)
+    return make_case(make_scenario(), {"ego_speed": speed}, vehicle=given, step=step)
 
 
 def drive(cases: list[TestCase], folder: Path, ticks: int = 60) -> np.ndarray[Any, Any]:
@@ -103,6 +103,47 @@ def test_vehicle_that_leaps_has_failed(folder: Path, step: str, says: str) -> No
     leaping = case({**PLANT, "file": "./leaping.fmu"})
     error = refused(PluginError, drive, [leaping], folder, says="'./leaping.fmu' failed at")
     assert re.search(says, str(error)), error
+
+
+@pytest.mark.parametrize(
+    ("law", "speed", "where"),
+    [
+        # None of them leaps in a tick.
+        ("v[6] += 1.8 * h;", 10.0, "along"),
+        ("v[6] -= 1.8 * h;", 10.0, "along"),
+        ("v[6] += 0.05 * v[9] * h;", 30.0, "along"),
+        ("v[7] += 0.8 * v[9] * h;", 20.0, "aside of"),
+        # It goes back as fast as it says that it goes on.
+        ("v[9] = 0.5; v[6] -= h;", 0.5, "along"),
+        # It says that it stands.
+        ("v[9] = 0; v[6] += 0.9 * h;", 0.0, "along"),
+        ("v[9] = 0; v[7] += 0.9 * h;", 0.0, "aside of"),
+    ],
+)
+@pytest.mark.parametrize("step", [0.05, 0.01])
+def test_vehicle_that_is_not_where_its_speed_leads_has_failed(
+    folder: Path, law: str, speed: float, where: str, step: float
+) -> None:
+    car(folder, law, name="creeping")
+    creeping = case({**PLANT, "file": "./creeping.fmu"}, speed, step)
+    says = f"away from where its speed, .*, brings it {where} its heading"
+    refused(PluginError, drive, [creeping], folder, 300, says=says)
+
+
+@pytest.mark.parametrize("speed", ["v[9]", "v[9] * cos(atan(0.5 * tan(v[1])))"])
+def test_vehicle_that_turns_its_wheels_far_goes_where_its_speed_leads(
+    folder: Path, speed: str
+) -> None:
+    # The speed of the place and its part along the vehicle differ by 5 % then.
+    car(folder, f"v[11] = {speed};", name="turning")
+    told = {**PLANT, "file": "./turning.fmu", "outputs": {**PLANT["outputs"], "speed": "rate"}}
+    traffic = make_traffic("batch")
+    traffic.base_dir = folder
+    traffic.reset([case(told, 5.0)])
+    for _ in range(60):
+        ego = traffic.step(np.array([[0.0, 0.6]])).ego[0]
+    traffic.close()
+    assert abs(ego[EGO_COLUMNS.index("heading")]) > 1.0
 
 
 def test_vehicle_that_steers_across_itself_has_failed(folder: Path) -> None:
