@@ -494,6 +494,9 @@ def require_unwritten(name: str, files: Iterable[File], since: float) -> None:
             )
 
 
+_resolved = cache(os.path.realpath)
+
+
 def require_unkept(name: str, files: Sequence[File], *, is_executed: bool = False) -> None:
     """Refuse data that changed since a plug-in first read it here: somebody may have kept it.
 
@@ -509,8 +512,9 @@ def require_unkept(name: str, files: Sequence[File], *, is_executed: bool = Fals
     Raises:
         SpecError: Its data is not what it was.
     """
+    # A process has thousands of modules, and plans often: links to them are followed once.
     imported = {
-        os.path.realpath(file)
+        _resolved(file)
         for module in list(sys.modules.values())
         if (file := getattr(module, "__file__", None)) is not None
     }

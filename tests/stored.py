@@ -1,5 +1,7 @@
 """What tests keep in YAML, as users write it: ODDs, scenarios, plug-ins, reports, tables."""
 
+from copy import deepcopy
+from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -25,7 +27,12 @@ def write_yaml(path: Path, content: Any) -> None:
 
 
 def stored(name: str) -> Any:
-    """Read a file of ``tests/content``."""
+    """Read a file of ``tests/content``: many tests share one, and each gets its own."""
+    return deepcopy(_content(name))
+
+
+@cache
+def _content(name: str) -> Any:
     return read_yaml(Path(__file__).parent / "content" / f"{name}.yaml")
 
 

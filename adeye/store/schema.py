@@ -196,8 +196,19 @@ def known_versions() -> frozenset[str]:
     return frozenset(script.revision for script in ScriptDirectory(_FOLDER).walk_revisions())
 
 
-def statements(dialect: Dialect) -> Iterator[tuple[str, str]]:
+_STATEMENTS: Final[dict[object, tuple[tuple[str, str], ...]]] = {}
+"""By what their words depend on: each database that is opened is compared with them."""
+
+
+def statements(dialect: Dialect) -> tuple[tuple[str, str], ...]:
     """Give name and statement of all that a database has, in the order of dependencies."""
+    known = dialect.name, dialect.server_version_info
+    if known not in _STATEMENTS:
+        _STATEMENTS[known] = tuple(_statements(dialect))
+    return _STATEMENTS[known]
+
+
+def _statements(dialect: Dialect) -> Iterator[tuple[str, str]]:
     from sqlalchemy.schema import CreateIndex
 
     is_server = dialect.name == "postgresql"
