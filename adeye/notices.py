@@ -62,6 +62,33 @@ def told_to(tell: Callable[[str], None]) -> Iterator[None]:
         _LOG.handlers, _LOG.propagate = before
 
 
+def doing(text: str) -> None:
+    """Say what is being done, for whoever watches; it is said often and costs next to nothing.
+
+    Args:
+        text: What, and how far it is.
+    """
+    if _watchers:
+        _watchers[-1](text)
+
+
+_watchers: Final[list[Callable[[str], None]]] = []
+
+
+@contextmanager
+def watched_by(show: Callable[[str], None]) -> Iterator[None]:
+    """Hand over what is being done while the block runs.
+
+    Args:
+        show: Called with each text of ``doing``, from any thread.
+    """
+    _watchers.append(show)
+    try:
+        yield
+    finally:
+        _watchers.remove(show)
+
+
 @contextmanager
 def waiting_for(what: str) -> Iterator[None]:
     """Tell what is waited for, if that takes long.

@@ -14,7 +14,7 @@ import typer
 
 from adeye.cli.options import examples
 from adeye.cli.output import clean, emit, talk
-from adeye.cli.progress import leave_if_abandoned, raising_on_sigterm
+from adeye.cli.progress import leave_if_abandoned, ongoing, raising_on_sigterm
 from adeye.cli.verbs import Program
 from adeye.errors import AdeyeError, InputError, Terminated, code_of
 from adeye.judge.verdict import ExitCode
@@ -179,7 +179,7 @@ _command = cache(partial(typer.main.get_command, app))
 
 def _run(arguments: Sequence[str] | None) -> int:
     given = None if arguments is None else list(arguments)
-    with told_to(_tell):
+    with told_to(_tell), ongoing():
         result = _command().main(given, prog_name="adeye", standalone_mode=False)
     return result if isinstance(result, int) else 0
 

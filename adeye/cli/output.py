@@ -262,9 +262,15 @@ def talk(text: str) -> None:
     _write(sys.stderr, text)
 
 
+before_writing: Final[list[Callable[[], None]]] = []
+"""Called before anything is written: what moves on a terminal makes room."""
+
+
 def _write(stream: TextIO | None, text: str, *, is_utf8: bool = False) -> None:
     if stream is None:
         return
+    for make_room in before_writing:
+        make_room()
     line = text if text.endswith("\n") else f"{text}\n"
     # A stream that only keeps its text, as in a notebook, has no encoding to differ.
     binary = getattr(stream, "buffer", None) if is_utf8 else None

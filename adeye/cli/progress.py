@@ -12,12 +12,14 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 from types import FrameType
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
-from adeye.cli.output import clean, talk
+from adeye.cli.output import before_writing, clean, talk
 from adeye.errors import Interrupted, Terminated
-from adeye.notices import told_to
+from adeye.notices import told_to, watched_by
 from adeye.supervision import note_end, note_signal, settle_children
 
 if TYPE_CHECKING:
+    from rich.status import Status
+
     from adeye.campaign.run import Stop
 
 # --- How far a campaign is: a live line on a terminal, elsewhere one at each end and each minute --
@@ -132,7 +134,7 @@ def reporting(what: str, *, quiet: bool = False) -> Iterator[Report]:
         The function to call with the newest state.
     """
     if quiet:
-        with told_to(_nothing):
+        with told_to(_nothing), watched_by(_nothing):
             yield _nothing
     elif is_live():
         with _bar() as report:
@@ -165,7 +167,15 @@ def watching(*, quiet: bool = False) -> AbstractContextManager[Report]:
     return reporting("", quiet=quiet) if quiet or is_live() else nullcontext(_nothing)
 
 
-def waiting(what: str, *, quiet: bool = False) -> AbstractContextManager[object]:
+def _status(what: str) -> Status:
+    from rich.console import Console
+    from rich.text import Text
+
+    return Console(stderr=True).status(Text(clean(what)))
+
+
+@contextmanager
+def waiting(what: str, *, quiet: bool = False) -> Iterator[None]:
     """Show on a terminal what is waited for, as long as it is.
 
     Args:
@@ -173,11 +183,45 @@ def waiting(what: str, *, quiet: bool = False) -> AbstractContextManager[object]
         quiet: Show nothing there either.
     """
     if quiet or not is_live():
-        return nullcontext()
-    from rich.console import Console
-    from rich.text import Text
+        yield
+        return
+    with watched_by(_nothing), _status(what):
+        yield
 
-    return Console(stderr=True).status(Text(clean(what)))
+
+PATIENCE_S: Final = 1.0
+"""What takes less is not told [s]."""
+
+
+@contextmanager
+def ongoing() -> Iterator[None]:
+    """Show on a terminal what is being done once that takes long; what is written ends the line."""
+    if not is_live():
+        yield
+        return
+    began = time.monotonic()
+    shown: list[Status] = []
+
+    def show(text: str) -> None:
+        if shown:
+            shown[0].update(clean(text))
+        elif time.monotonic() - began >= PATIENCE_S:
+            shown.append(_status(text))
+            shown[0].start()
+
+    def make_room() -> None:
+        nonlocal began
+        if shown:
+            shown.pop().stop()
+        began = time.monotonic()
+
+    before_writing.append(make_room)
+    try:
+        with watched_by(show):
+            yield
+    finally:
+        make_room()
+        before_writing.remove(make_room)
 
 
 def _nothing(_what: object) -> None:
@@ -198,7 +242,10 @@ def _bar() -> Iterator[Report]:
         TextColumn("{task.fields[failures]}", markup=False, style="red"),
     )
     meter = Meter()
-    with Progress(*columns, console=Console(stderr=True), refresh_per_second=5) as live:
+    with (
+        watched_by(_nothing),
+        Progress(*columns, console=Console(stderr=True), refresh_per_second=5) as live,
+    ):
         task = live.add_task("starting", total=None, count="", rate="", left="", failures="")
 
         def show(progress: ProgressLike) -> None:

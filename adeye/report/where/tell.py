@@ -18,6 +18,7 @@ import numpy as np
 from adeye.errors import UsageError, require_known, suggest
 from adeye.judge.pairing import NOT_JUDGED, number_rows
 from adeye.judge.verdict import FAIL, INCONCLUSIVE, PASS, VACUOUS
+from adeye.notices import doing
 from adeye.report.where import records
 from adeye.report.where.boxes import Box, Scale, separate
 from adeye.report.where.words import FAULT, Words, keyword
@@ -292,6 +293,7 @@ class Cases:
 
     def _separations(self) -> Iterator[tuple[records.Separation, tuple[int, ...]]]:
         """Give the best box, then those that hold apart what the ones before it do not."""
+        doing(f"Looking for what holds {int(self.failed.sum()):,} failures apart")
         scales = [
             Scale(len(item.values), item.is_ordered, item.name != FAULT) for item in self.words
         ]

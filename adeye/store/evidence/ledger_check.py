@@ -16,6 +16,7 @@ import numpy as np
 from sqlalchemy import Connection, Table
 
 from adeye.errors import IntegrityError
+from adeye.notices import doing
 from adeye.signals import Ints
 from adeye.store import ledger, tables
 from adeye.store.catalogue import rows_among
@@ -197,6 +198,7 @@ def _sealed(connection: Connection, told: _Told) -> Iterator[Finding]:
         *((table.name, "plugin") for table in plugin_tables(connection)),
     ]
     for first, end in _ranges(connection, [name for name, _ in names]):
+        doing(f"Verifying the database: seals of runs up to {end:,}")
         actual = np.zeros((len(SEALED), end - first), dtype=np.uint64)
         for name, of_seal in names:
             numbers, hashes = _run_rows(connection, name, first, end)

@@ -25,6 +25,7 @@ from sqlalchemy import Connection, Table, select, text
 from sqlalchemy.exc import DBAPIError, MultipleResultsFound, NoResultFound
 
 from adeye.errors import AdeyeError, IntegrityError
+from adeye.notices import doing
 from adeye.store import catalogue as catalog
 from adeye.store import tables
 from adeye.store.accounts import wrong_block, wrong_plans
@@ -250,7 +251,10 @@ def _altered_results(
     """Name altered rows of some runs in a table that is written a block at a time."""
     key = [column.name for column in table.primary_key.columns][1:]
     names = hashed_names(table)
+    read = 0
     for rows in _result_stream(connection, table, runs):
+        read += len(rows)
+        doing(f"Verifying the database: {table.name}, {read:,} rows")
         stored = [values[-1] for values in rows]
         hashes: Sequence[Any] | None = bulk_hashes(table, rows)
         if hashes == stored:
@@ -414,7 +418,8 @@ def _work(connection: Connection, campaign: str | None = None) -> Iterator[Findi
     blocks = connection.execute(asked).all()
     campaigns = connection.execute(everyone).scalars().all()
     covered = dict.fromkeys(campaigns, 0)
-    for block in blocks:
+    for number, block in enumerate(blocks):
+        doing(f"Verifying the database: block {number + 1:,} of {len(blocks):,}")
         if covered.get(block.campaign_id) != block.from_ordinal:
             yield Finding("work", str(block.id), "does not begin where the block before it ends")
         covered[block.campaign_id] = block.to_ordinal

@@ -20,6 +20,7 @@ from sqlalchemy import Connection
 
 from adeye.judge.pairing import NOT_JUDGED, NOT_RUN
 from adeye.judge.verdict import VERDICTS, Outcome
+from adeye.notices import doing
 from adeye.signals import Bools, Floats, Ints
 from adeye.store.cases import standing
 from adeye.store.encoding import read_chunks
@@ -356,7 +357,9 @@ def read_compared(
         judged_by: Campaign by whose FSRs they are judged, where another one's are asked about.
     """
     judging = judged_by or campaign_id
+    doing("Reading the test cases of the campaign")
     cases = _Cases.read(connection, campaign_id, frozenset(architectures))
+    doing(f"Reading the results of {len(cases.results):,} test cases")
     situation, fault, faults, parameters, replicate = read_columns(
         connection,
         "test_case",
