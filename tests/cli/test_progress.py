@@ -48,55 +48,6 @@ def test_speed_is_that_of_the_phase_and_what_was_there_at_its_start_does_not_cou
     assert meter.update(State(4, total=4, phase="report"), 101.0)[1] == ""
 
 
-def watched(monkeypatch: pytest.MonkeyPatch) -> Screen:
-    """Give a terminal, and let nobody be patient; in the test, for pytest changes it before."""
-    screen = Screen()
-    monkeypatch.setattr(sys, "stderr", screen)
-    monkeypatch.setenv("TERM", "xterm")
-    monkeypatch.setattr(progress, "is_live", lambda: True)
-    monkeypatch.setattr(progress, "PATIENCE_S", 0.0)
-    return screen
-
-
-def test_what_is_being_done_is_shown_until_something_is_written(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    screen = watched(monkeypatch)
-    with progress.ongoing():
-        notices.doing("Verifying: 12 rows")
-        # It is drawn by a thread.
-        end = time.monotonic() + 60.0
-        while "Verifying: 12 rows" not in screen.getvalue():
-            assert time.monotonic() < end
-            time.sleep(0.01)
-        output.talk("the end")
-        written = screen.getvalue()
-        # The line is gone when another one is written, and the cursor is there again.
-        assert written.endswith(("\x1b[?25hthe end\n", "\x1b[2Kthe end\n"))
-    assert screen.getvalue() == written
-    notices.doing("nobody watches")
-    assert screen.getvalue() == written
-
-
-def test_what_takes_no_time_is_not_shown(monkeypatch: pytest.MonkeyPatch) -> None:
-    screen = watched(monkeypatch)
-    monkeypatch.setattr(progress, "PATIENCE_S", 60.0)
-    with progress.ongoing():
-        notices.doing("Verifying: 12 rows")
-    assert not screen.getvalue()
-
-
-@pytest.mark.parametrize("quiet", [True, False])
-def test_a_bar_or_silence_leaves_no_room_for_it(
-    monkeypatch: pytest.MonkeyPatch, *, quiet: bool
-) -> None:
-    screen = watched(monkeypatch)
-    with progress.ongoing(), progress.reporting("12 test cases", quiet=quiet):
-        notices.doing("Verifying: 12 rows")
-        time.sleep(0.3)
-    assert "Verifying" not in screen.getvalue()
-
-
 def test_durations_for_people() -> None:
     told = ["0 s", "59 s", "1 min 0 s", "59 min 59 s", "1 h 0 min"]
     assert [progress.duration(s) for s in (0.4, 59.4, 59.6, 3599, 3600)] == told
@@ -133,6 +84,51 @@ def watched(monkeypatch: pytest.MonkeyPatch) -> Screen:
     monkeypatch.setenv("COLUMNS", "200")
     monkeypatch.delenv("CI", raising=False)
     return screen
+
+
+def impatient(monkeypatch: pytest.MonkeyPatch) -> Screen:
+    """Let somebody watch who has no patience."""
+    monkeypatch.setattr(progress, "PATIENCE_S", 0.0)
+    return watched(monkeypatch)
+
+
+def test_what_is_being_done_is_shown_until_something_is_written(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    screen = impatient(monkeypatch)
+    with progress.ongoing():
+        notices.doing("Verifying: 12 rows")
+        # It is drawn by a thread.
+        end = time.monotonic() + 60.0
+        while "Verifying: 12 rows" not in screen.getvalue():
+            assert time.monotonic() < end
+            time.sleep(0.01)
+        output.talk("the end")
+        written = screen.getvalue()
+        # The line is gone when another one is written, and the cursor is there again.
+        assert written.endswith(("\x1b[?25hthe end\n", "\x1b[2Kthe end\n"))
+    assert screen.getvalue() == written
+    notices.doing("nobody watches")
+    assert screen.getvalue() == written
+
+
+def test_what_takes_no_time_is_not_shown(monkeypatch: pytest.MonkeyPatch) -> None:
+    screen = impatient(monkeypatch)
+    monkeypatch.setattr(progress, "PATIENCE_S", 60.0)
+    with progress.ongoing():
+        notices.doing("Verifying: 12 rows")
+    assert not screen.getvalue()
+
+
+@pytest.mark.parametrize("quiet", [True, False])
+def test_a_bar_or_silence_leaves_no_room_for_it(
+    monkeypatch: pytest.MonkeyPatch, *, quiet: bool
+) -> None:
+    screen = impatient(monkeypatch)
+    with progress.ongoing(), progress.reporting("12 test cases", quiet=quiet):
+        notices.doing("Verifying: 12 rows")
+        time.sleep(0.3)
+    assert "Verifying" not in screen.getvalue()
 
 
 def test_terminal_shows_what_a_plan_waits_for_unless_quiet(
