@@ -528,10 +528,23 @@ class TableSignals:
         return replace(found, status=status, cap=cap if found.kind == "number" else None)
 
     def _status(self, name: str) -> NDArray[np.int8] | None:
-        """Read (1, T) what the samples of a column are, if another column says that."""
-        cells = self.table.columns.get(f"{name}{STATUS}")
-        if cells is None or not all(_text(cell) in STATUSES for cell in cells):
+        """Read (1, T) what the samples of a column are, if another column says that.
+
+        One word that is none would let every error of the column count as a value.
+        """
+        beside = f"{name}{STATUS}"
+        cells = self.table.columns.get(beside)
+        if cells is None:
             return None
+        for row, cell in enumerate(cells):
+            if _text(cell) not in STATUSES:
+                self.table.refuse(
+                    f"{shown(cell)} in column {shown(beside)}, which says what the samples of "
+                    f"{shown(name)} are",
+                    f"Write {', '.join(STATUSES)}, or give the column another name.",
+                    row,
+                    beside,
+                )
         return np.array([[STATUSES[_text(cell)] for cell in cells]], dtype=np.int8)
 
     def _samples(self, name: str, cells: Sequence[Any]) -> Series:

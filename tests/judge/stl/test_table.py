@@ -544,9 +544,18 @@ def test_sample_that_is_none_says_why() -> None:
 
 
 def test_empty_cell_stays_an_error_where_nothing_says_why() -> None:
-    for changed in (["value"] * 4, ["value", "gone", "gone", "value"]):
-        table = table_of({**STATUS, "ttc.status": changed})
-        assert verdict(table, "always(ttc > 1)") is Verdict.ERROR
+    table = table_of({**STATUS, "ttc.status": ["value"] * 4})
+    assert verdict(table, "always(ttc > 1)") is Verdict.ERROR
+
+
+@pytest.mark.parametrize("word", ["gone", "", "ERROR", None, 1])
+def test_word_that_says_nothing_of_a_sample_is_refused(word: Any) -> None:
+    # All of the column as values, the error among them, would be a PASS.
+    given = {**STATUS, "ttc": [3.0] * 4, "ttc.status": ["value", "error", word, "value"]}
+    error = refused(InputError, verdict, table_of(given), "always(ttc > 1)")
+    assert "row 3" in str(error)
+    assert "Write value, no_conflict, not_applicable, error, or give" in str(error)
+    assert verdict(table_of(given), "always(on or time >= 0 s)") is Verdict.PASS
 
 
 def test_archive_is_read_with_what_it_tells(tmp_path: Path) -> None:
