@@ -214,6 +214,8 @@ class Baseline(Part):
     """Reference drivers whose contacts do not block; not written where the gate names none."""
     uncertainty: Count = 0
     """Situations by which margins are judged with what the step is worth; not written if none."""
+    attributes: str = ""
+    """Hash of the attributes of the ODD, which say what the evidence stands for; empty if unknown."""
     tolerance: dict[str, float] = Field(default_factory=dict)
     """Loss of margin that the gate tolerates, by unit; not written where it names none."""
     exit_code: ExitCode
@@ -242,7 +244,7 @@ class Baseline(Part):
                 yield f"{kept} of {self.planned} test cases are listed"
 
 
-_UNWRITTEN: Final = ("channel_failures", "preventable_by", "uncertainty", "tolerance")
+_UNWRITTEN: Final = ("channel_failures", "preventable_by", "uncertainty", "attributes", "tolerance")
 """Fields that are only written where they are not the default."""
 
 

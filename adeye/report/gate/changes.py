@@ -400,6 +400,9 @@ def _notes(then: Baseline, now: Baseline) -> Iterator[Finding]:
         if added:
             text = f"{part} not in the baseline: {', '.join(added)}"
             yield Finding(Kind.NOTE, text, decides=False)
+    if then.attributes and then.attributes != now.attributes:
+        text = "attributes of the ODD edited: the evidence is to stand for another domain"
+        yield Finding(Kind.NOTE, text, decides=False)
     if then.concept_digest != now.concept_digest:
         # FTTI, classes of hazards, goals and capabilities: no verdict hangs on them.
         text = "the concept was edited; adeye check says whether it holds together"

@@ -94,6 +94,7 @@ def take_down(
         channel_failures=totals.channel_policy(repository, campaign),
         preventable_by=tuple(sorted(totals.preventable_by(repository, campaign))),
         uncertainty=(odd["odd"].get("uncertainty") or {"situations": 0})["situations"],
+        attributes=digest(odd["odd"].get("attributes") or {}),
         tolerance=totals.tolerance(repository, campaign),
         exit_code=code,
         planned=progress.planned,

@@ -144,6 +144,14 @@ def test_edited_concept_is_a_note_though_nothing_of_its_fsrs_changed() -> None:
     assert "the concept was edited; adeye check" in finding.text
 
 
+def test_wider_domain_is_a_note_unless_the_baseline_is_older_than_that() -> None:
+    then, now = (baseline(attributes=sha(name)) for name in ("dry", "rain"))
+    (finding,) = found(then, now)
+    assert (finding.kind, finding.decides) == (Kind.NOTE, False)
+    assert finding.text.startswith("attributes of the ODD edited")
+    assert found(baseline(), now) == found(now, now) == []
+
+
 def test_edited_content_is_a_note() -> None:
     now = baseline(architectures={GATE: sha("edited"), OTHER: sha(OTHER)}, numerics="highway")
     findings = found(baseline(), now)

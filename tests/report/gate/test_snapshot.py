@@ -4,6 +4,7 @@ from collections import Counter
 
 import pytest
 
+from adeye.identity import digest
 from adeye.judge.verdict import ExitCode, Verdict
 from adeye.report.gate.baseline import LETTERS, Baseline, BaselineCases, BaselineCell
 from adeye.report.gate.decide import case_keys, take_down
@@ -31,6 +32,15 @@ def test_totals_are_those_of_the_campaign(baseline: Baseline, mini: Executed) ->
         cell = cells[line.fsr, line.architecture]
         assert (cell.verdict, cell.exercised) == (line.verdict, line.exercised)
         assert sum(cell.counts.values()) == line.runs
+
+
+def test_domain_that_the_evidence_stands_for_is_part_of_it(
+    baseline: Baseline, mini: Executed
+) -> None:
+    with mini.opened() as (repository, campaign):
+        domain = repository.content("odd", campaign.odd_digest)["odd"]["attributes"]
+    assert domain["environment"]
+    assert baseline.attributes == digest(domain)
 
 
 def cell_of(baseline: Baseline, part: BaselineCases, fsr: str) -> BaselineCell:
