@@ -215,7 +215,7 @@ class Baseline(Part):
     uncertainty: Count = 0
     """Situations by which margins are judged with what the step is worth; not written if none."""
     attributes: str = ""
-    """Hash of the attributes of the ODD, which say what the evidence stands for; empty if unknown."""
+    """Hash of those of the ODD: what the evidence stands for; empty if unknown."""
     tolerance: dict[str, float] = Field(default_factory=dict)
     """Loss of margin that the gate tolerates, by unit; not written where it names none."""
     exit_code: ExitCode

@@ -43,7 +43,7 @@ def test_document_follows_its_schema(path: Path) -> None:
     document, schema = json.loads(path.read_text("utf-8")), stored_baseline.json_schema()
     assert document["schema"] == stored_baseline.SCHEMA == schema["properties"]["schema"]["const"]
     assert set(document) == set(schema["required"])
-    unwritten = {"channel_failures", "preventable_by", "uncertainty", "tolerance"}
+    unwritten = {"channel_failures", "preventable_by", "uncertainty", "attributes", "tolerance"}
     assert set(schema["properties"]) - set(document) == unwritten
 
 
