@@ -58,7 +58,11 @@ def measured(requirement: Requirement) -> dict[str, Any]:
     part.pop("parameters", None)
     part["scenarios"] = sorted(set(requirement.scenarios))
     if requirement.formula is not None:
-        part["formula"] = _formula(requirement)[0]
+        text, _, _, is_of_the_past = _formula(requirement)
+        part["formula"] = text
+        if is_of_the_past:
+            # Verdicts from before rows at which nothing lay in the window counted are others.
+            part["told"] = 1
     elif requirement.bound is not None:
         limit = requirement.bound.limit
         value = requirement.constants[limit][0] if isinstance(limit, str) else limit
@@ -106,7 +110,7 @@ def named_faults(formula: str | None, constants: Parameters) -> tuple[str, ...]:
     return tuple(dict.fromkeys(found))
 
 
-def _formula(requirement: Requirement) -> tuple[str, tuple[str, ...], tuple[str, ...]]:
+def _formula(requirement: Requirement) -> tuple[str, tuple[str, ...], tuple[str, ...], bool]:
     constants = tuple(sorted(requirement.constants.items()))
     return _written(requirement.formula or "", constants)
 
@@ -114,11 +118,20 @@ def _formula(requirement: Requirement) -> tuple[str, tuple[str, ...], tuple[str,
 @lru_cache(maxsize=1024)
 def _written(
     text: str, constants: tuple[tuple[str, tuple[float, tuple[int, int, int]]], ...]
-) -> tuple[str, tuple[str, ...], tuple[str, ...]]:
-    """Read a formula; give its canonical text, the signals that it names and nested antecedents."""
+) -> tuple[str, tuple[str, ...], tuple[str, ...], bool]:
+    """Read a formula.
+
+    Returns:
+        Its canonical text, the signals that it names, nested antecedents, and whether an antecedent
+        may be met by a window that lies before the first row.
+    """
     formula = parse_formula(text, parameters=dict(constants))
-    nested = tuple(formula.quote(node.left) for node in syntax.nested_implications(formula.root))
-    return syntax.canonical(formula.root), formula.names, nested
+    nested = syntax.nested_implications(formula.root)
+    outer = (part for parts, _ in syntax.find_implications(formula.root) for part in parts)
+    asked = (*outer, *(node.left for node in nested))
+    quoted = tuple(formula.quote(node.left) for node in nested)
+    is_of_the_past = any(map(syntax.may_be_met_by_nothing, asked))
+    return syntax.canonical(formula.root), formula.names, quoted, is_of_the_past
 
 
 # --- A bound on a metric: what an FSR without a formula asks for ----------------------------------

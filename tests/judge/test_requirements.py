@@ -375,6 +375,28 @@ def test_text_with_a_unit_is_the_number_in_si_and_the_same_fsr(
     assert written.model_dump_json() == plain.model_dump_json()
 
 
+@pytest.mark.parametrize(
+    ("antecedent", "is_other"),
+    [
+        ("historically[1 s, 2 s](ego.speed > 1 m/s)", True),
+        ("not once[1 s, 2 s](ego.speed > 1 m/s)", True),
+        ("eventually[0 s, 0.5 s](historically[1 s, 2 s](ego.speed > 1 m/s))", True),
+        ("historically[0 s, 2 s](ego.speed > 1 m/s)", False),
+        ("once[1 s, 2 s](ego.speed > 1 m/s)", False),
+        ("ego.speed > 1 m/s", False),
+    ],
+)
+def test_verdicts_from_when_empty_windows_counted_are_those_of_another_fsr(
+    antecedent: str, *, is_other: bool
+) -> None:
+    outer = measured(requirement(formula=f"always({antecedent} implies not contact)"))
+    nested = measured(requirement(formula=f"always(contact or ({antecedent} implies in_odd))"))
+    assert ("told" in outer) is ("told" in nested) is is_other
+    # What is asked for may be met by nothing as before.
+    asked = f"always(ego.speed > 1 m/s implies {antecedent})"
+    assert "told" not in measured(requirement(formula=asked))
+
+
 def test_digest_of_a_plain_number_is_what_it_was() -> None:
     assert requirement_digest(bounded("takeover_time_s", 1.5)) == RECORDED
 

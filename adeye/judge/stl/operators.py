@@ -503,7 +503,8 @@ def is_vacuous(tables: Tables, extent: Extent, state: State) -> bool:
         begin, end = implied[item, 0], implied[item, 0] + implied[item, 1]
         is_held = False
         if implied[item, 2] == 0:
-            is_held = True
+            # It is asked for at the first row alone.
+            is_held = implied[item, 3] == 0
             for place in range(begin, end):
                 is_held = is_held and start[antecedents[place], 2] > 0.0
         else:
@@ -565,8 +566,8 @@ def find_held(  # noqa: PLR0912, C901 - one branch for each operator
         else:
             _ask_over_time(node, nodes[node], extent, truth, scope)
     for place in range(nested.shape[0]):
-        node, held[place] = nested[place], 0
-        for k in range(known):
+        node, held[place] = nested[place, 0], 0
+        for k in range(nested[place, 1], known):
             antecedent = nodes[node, program.FIRST_PART]
             if scope[node, k] and _part_holds(antecedent, k, nodes[node], truth, start):
                 held[place] = 1

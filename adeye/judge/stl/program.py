@@ -84,11 +84,13 @@ class Tables(NamedTuple):
         nodes: (N, 10) conditions, children first; the last is the formula.
         limits: (N, 5) caps, scale, code of a word, difference up to which numbers are equal.
         implied: (I, 5) implications: first antecedent, their number, 1 if they are judged row by
-            row, first row, last row (-1: of the obligations).
+            row, first row at which all antecedents can be met by what was there, last row (-1: of
+            the obligations).
         antecedents: Conditions of the implications.
         decided: Those of them that the margin takes as true or false, without a degree: they say
             at which rows the consequent counts.
-        nested: (J,) implications below the top level, by their conditions.
+        nested: (J, 2) implications below the top level, by their conditions, and the first row as
+            above.
     """
 
     signals: Ints
@@ -232,9 +234,18 @@ class _Compiler:
             implied=np.array(implied, dtype=np.int64).reshape(-1, 5),
             antecedents=np.array(antecedents, dtype=np.int64),
             decided=np.array(decided, dtype=np.int64),
-            nested=np.array([self.numbers[id(node)] for node in nested], dtype=np.int64),
+            nested=np.array(
+                [(self.numbers[id(node)], self._told_from(node.left)) for node in nested],
+                dtype=np.int64,
+            ).reshape(-1, 2),
         )
         return Program(tuple(self.inputs), tables, tuple(self.words), tuple(self.conditions))
+
+    def _told_from(self, part: syntax.Condition) -> int:
+        def first(window: syntax.Window) -> int:
+            return syntax.window_rows(window, self.step_s, self.row_slack)[0]
+
+        return int(syntax.told_from(part, first))
 
     def _implied(self) -> tuple[list[tuple[int, ...]], list[int], list[int]]:
         implied: list[tuple[int, ...]] = []
@@ -244,6 +255,7 @@ class _Compiler:
             first, last = 0, -1
             if operator is not None and operator.window is not None:
                 first, last = syntax.window_rows(operator.window, self.step_s, self.row_slack)
+            first = max(first, *map(self._told_from, parts))
             implied.append((len(antecedents), len(parts), int(operator is not None), first, last))
             numbers = [self.numbers[id(part)] for part in parts]
             antecedents += numbers

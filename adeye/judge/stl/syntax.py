@@ -8,7 +8,7 @@ conditions, which hold or do not.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Final, Literal, TypeAlias
@@ -461,6 +461,46 @@ def find_implications(root: Condition, operator: Temporal | None = None) -> Iter
             yield tuple(antecedents), operator
         case Temporal() if operator is None:
             yield from find_implications(root.operand, root)
+
+
+def told_from(node: Node, first: Callable[[Window], float], *, is_met: bool = True) -> float:
+    """Return how far from the beginning a condition may be met by nothing.
+
+    A window that looks back may lie before the first row as a whole. Nothing held in it, so that
+    ``historically`` and ``not once`` are met, and what is met by nothing was not tested.
+
+    Args:
+        node: The condition.
+        first: Gives where a window begins: in rows, so the result is the first row at which the
+            condition is met by what was there; or in seconds, with a row as none.
+        is_met: Whether it is to hold, or not to hold.
+    """
+
+    def inner(part: Node, *, is_met: bool = is_met) -> float:
+        return told_from(part, first, is_met=is_met)
+
+    window = window_of(node)
+    near = 0.0 if window is None else first(window)
+    match node:
+        case Not():
+            return inner(node.operand, is_met=not is_met)
+        case Connective(operator="implies"):
+            return max(inner(node.left, is_met=not is_met), inner(node.right))
+        case Temporal() | Until():
+            return max(0.0, max(map(inner, children(node))) - near)
+        case Past() | Since():
+            told = max(map(inner, children(node)))
+            is_of_all = isinstance(node, Past) and node.operator == "historically"
+            return near + told if told or is_of_all is is_met else 0.0
+        case _ if isinstance(node, PREDICATES):
+            return 0.0
+        case _:
+            return max(map(inner, children(node)))
+
+
+def may_be_met_by_nothing(node: Node) -> bool:
+    """Tell whether a condition may be met by a window that lies before the first row."""
+    return told_from(node, lambda window: window.first_s) > 0.0
 
 
 def nested_implications(root: Condition) -> list[Connective]:

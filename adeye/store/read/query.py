@@ -16,6 +16,7 @@ than read and cannot become that role is refused. ``sql_words`` lets only known 
 
 from __future__ import annotations
 
+import math
 import re
 import resource
 import sqlite3
@@ -122,9 +123,13 @@ def run_query(
 
     Raises:
         InputError: The statement is wrong, not allowed, ran too long, or takes too much memory; or
-            the user of a server may do more than read.
+            the user of a server may do more than read; or there is no end to the time.
         PlatformError: The database cannot be read.
     """
+    if not 0.0 < timeout_s < math.inf:
+        raise InputError(
+            f"query: timeout_s is {timeout_s!r}", remedy="Give a number of seconds above 0."
+        )
     try:
         return _run(place, sql, parameters or {}, max_rows, timeout_s)
     except InputError as error:

@@ -511,6 +511,39 @@ def verdict(table: Table, formula: str, **reading: Any) -> Verdict:
     return judge_table(formula, table, Reading(**reading)).verdict
 
 
+FAR = "historically[0.2 s, 0.3 s]"
+NOT_FAR = "not once[0.2 s, 0.3 s]"
+
+
+@pytest.mark.parametrize(
+    ("formula", "found"),
+    [
+        # Only before 0.2 s, where nothing lies in the window.
+        (f"always({FAR}(never) implies yes)", "VACUOUS"),
+        (f"always({NOT_FAR}(yes) implies yes)", "VACUOUS"),
+        (f"always(not not {FAR}(never) implies yes)", "VACUOUS"),
+        (f"always((yes and {FAR}(never)) implies yes)", "VACUOUS"),
+        (f"always((yes implies {FAR}(never)) implies yes)", "VACUOUS"),
+        (f"always(historically[0.1 s, 0.1 s]({FAR}(never)) implies yes)", "VACUOUS"),
+        (f"always(yes implies {FAR}(never) implies yes)", "VACUOUS"),
+        ("always(historically[0.9 s, 1 s](never) implies yes)", "VACUOUS"),
+        # Below the top level, where nothing else is asked for.
+        (f"always(yes implies ({FAR}(never) implies yes) and yes)", "VACUOUS"),
+        # At what was there.
+        (f"always({FAR}(yes) implies yes)", "PASS"),
+        (f"always({NOT_FAR}(never) implies yes)", "PASS"),
+        ("always(historically[0 s, 1 s](yes) implies yes)", "PASS"),
+        ("always(not previous(never) implies yes)", "PASS"),
+        ("always(once[0.2 s, 0.3 s](yes) implies yes)", "PASS"),
+        # What is asked for is as before.
+        (f"always(yes implies {FAR}(yes))", "PASS"),
+    ],
+)
+def test_antecedent_that_an_empty_window_meets_was_not_tested(formula: str, found: str) -> None:
+    table = table_of({"time": EVEN, "yes": [True] * 4, "never": [False] * 4})
+    assert verdict(table, formula).value == found
+
+
 def test_heading_tells_unit_and_words_and_options_go_before_it(write: Any) -> None:
     rows = "0,1500,ok,false\n1,1700,ok,\n"
     table = read_table(write(f"t [s],gap [mm],mode [ok|lost],on [false|true]\n{rows}"))

@@ -1,5 +1,6 @@
 """Queries on a server: what a reader may, what nobody may, and that both lines hold alone."""
 
+import math
 import os
 import re
 import sqlite3
@@ -152,6 +153,11 @@ def test_endless_statement_is_stopped_at_its_deadline(path: Path, sql: str) -> N
     with pytest.raises(InputError, match=r"stopped after 0\.3 s"):
         run_query(path, hostile_sql.written_out(sql), timeout_s=0.3)
     assert time.monotonic() - began < 3.0
+
+
+@pytest.mark.parametrize("limit", [math.nan, math.inf, 0.0, -1.0])
+def test_limit_that_never_comes_is_refused(path: Path, limit: float) -> None:
+    refused(InputError, run_query, path, "SELECT 1", timeout_s=limit, says="seconds above 0")
 
 
 IN_A_FRESH_PROCESS: str = stored("plugins")["asked"]
