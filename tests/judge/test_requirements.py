@@ -382,7 +382,9 @@ def test_text_with_a_unit_is_the_number_in_si_and_the_same_fsr(
         ("not once[1 s, 2 s](ego.speed > 1 m/s)", True),
         ("eventually[0 s, 0.5 s](historically[1 s, 2 s](ego.speed > 1 m/s))", True),
         ("historically[0 s, 2 s](ego.speed > 1 m/s)", False),
+        ("not previous(ego.speed > 1 m/s)", True),
         ("once[1 s, 2 s](ego.speed > 1 m/s)", False),
+        ("previous(ego.speed > 1 m/s)", False),
         ("ego.speed > 1 m/s", False),
     ],
 )

@@ -467,12 +467,13 @@ def told_from(node: Node, first: Callable[[Window], float], *, is_met: bool = Tr
     """Return how far from the beginning a condition may be met by nothing.
 
     A window that looks back may lie before the first row as a whole. Nothing held in it, so that
-    ``historically`` and ``not once`` are met, and what is met by nothing was not tested.
+    ``historically``, ``not once`` and ``not previous`` are met, and what is met by nothing was not
+    tested.
 
     Args:
         node: The condition.
         first: Gives where a window begins: in rows, so the result is the first row at which the
-            condition is met by what was there; or in seconds, with a row as none.
+            condition is met by what was there; in seconds it tells only whether there are others.
         is_met: Whether it is to hold, or not to hold.
     """
 
@@ -480,7 +481,7 @@ def told_from(node: Node, first: Callable[[Window], float], *, is_met: bool = Tr
         return told_from(part, first, is_met=is_met)
 
     window = window_of(node)
-    near = 0.0 if window is None else first(window)
+    near = float(isinstance(node, Previous)) if window is None else first(window)
     match node:
         case Not():
             return inner(node.operand, is_met=not is_met)
@@ -488,7 +489,7 @@ def told_from(node: Node, first: Callable[[Window], float], *, is_met: bool = Tr
             return max(inner(node.left, is_met=not is_met), inner(node.right))
         case Temporal() | Until():
             return max(0.0, max(map(inner, children(node))) - near)
-        case Past() | Since():
+        case Previous() | Past() | Since():
             told = max(map(inner, children(node)))
             is_of_all = isinstance(node, Past) and node.operator == "historically"
             return near + told if told or is_of_all is is_met else 0.0

@@ -527,6 +527,7 @@ NOT_FAR = "not once[0.2 s, 0.3 s]"
         (f"always(historically[0.1 s, 0.1 s]({FAR}(never)) implies yes)", "VACUOUS"),
         (f"always(yes implies {FAR}(never) implies yes)", "VACUOUS"),
         ("always(historically[0.9 s, 1 s](never) implies yes)", "VACUOUS"),
+        ("always(not previous(yes) implies yes)", "VACUOUS"),
         # Below the top level, where nothing else is asked for.
         (f"always(yes implies ({FAR}(never) implies yes) and yes)", "VACUOUS"),
         # At what was there.
@@ -537,6 +538,7 @@ NOT_FAR = "not once[0.2 s, 0.3 s]"
         ("always(once[0.2 s, 0.3 s](yes) implies yes)", "PASS"),
         # What is asked for is as before.
         (f"always(yes implies {FAR}(yes))", "PASS"),
+        (f"always({FAR}(never) implies never)", "FAIL"),
     ],
 )
 def test_antecedent_that_an_empty_window_meets_was_not_tested(formula: str, found: str) -> None:
