@@ -86,7 +86,7 @@ def watched_by(show: Callable[[str], None]) -> Iterator[None]:
     try:
         yield
     finally:
-        _watchers.remove(show)
+        _watchers.pop()
 
 
 @contextmanager

@@ -167,6 +167,15 @@ def watching(*, quiet: bool = False) -> AbstractContextManager[Report]:
     return reporting("", quiet=quiet) if quiet or is_live() else nullcontext(_nothing)
 
 
+@contextmanager
+def _alone() -> Iterator[None]:
+    """Let nothing else move on the terminal."""
+    for make_room in before_writing:
+        make_room()
+    with watched_by(_nothing):
+        yield
+
+
 def _status(what: str) -> Status:
     from rich.console import Console
     from rich.text import Text
@@ -185,7 +194,7 @@ def waiting(what: str, *, quiet: bool = False) -> Iterator[None]:
     if quiet or not is_live():
         yield
         return
-    with watched_by(_nothing), _status(what):
+    with _alone(), _status(what):
         yield
 
 
@@ -243,7 +252,7 @@ def _bar() -> Iterator[Report]:
     )
     meter = Meter()
     with (
-        watched_by(_nothing),
+        _alone(),
         Progress(*columns, console=Console(stderr=True), refresh_per_second=5) as live,
     ):
         task = live.add_task("starting", total=None, count="", rate="", left="", failures="")

@@ -92,17 +92,21 @@ def impatient(monkeypatch: pytest.MonkeyPatch) -> Screen:
     return watched(monkeypatch)
 
 
+def wait_for_line(screen: Screen) -> None:
+    """Wait until a thread has drawn it."""
+    end = time.monotonic() + 60.0
+    while "Verifying: 12 rows" not in screen.getvalue():
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
 def test_what_is_being_done_is_shown_until_something_is_written(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     screen = impatient(monkeypatch)
     with progress.ongoing():
         notices.doing("Verifying: 12 rows")
-        # It is drawn by a thread.
-        end = time.monotonic() + 60.0
-        while "Verifying: 12 rows" not in screen.getvalue():
-            assert time.monotonic() < end
-            time.sleep(0.01)
+        wait_for_line(screen)
         output.talk("the end")
         written = screen.getvalue()
         # The line is gone when another one is written, and the cursor is there again.
@@ -110,6 +114,19 @@ def test_what_is_being_done_is_shown_until_something_is_written(
     assert screen.getvalue() == written
     notices.doing("nobody watches")
     assert screen.getvalue() == written
+
+
+def test_whoever_shows_something_else_ends_the_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    screen = impatient(monkeypatch)
+    with progress.ongoing():
+        for other in (progress.waiting("a dozen cases"), progress.reporting("12 test cases")):
+            screen.truncate(0)
+            notices.doing("Verifying: 12 rows")
+            wait_for_line(screen)
+            with other:
+                written = screen.getvalue()
+                time.sleep(0.3)
+                assert "Verifying" not in screen.getvalue()[len(written) :]
 
 
 def test_what_takes_no_time_is_not_shown(monkeypatch: pytest.MonkeyPatch) -> None:
