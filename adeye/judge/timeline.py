@@ -356,6 +356,11 @@ class Injection:
         return self.without_mechanism.fault_to_violation_s
 
     @property
+    def attributed_ftti_s(self) -> float | None:
+        """The FTTI [s]; None where its twin violates without faults, too."""
+        return self.ftti_s if self.fault_free_violation_s is None else None
+
+    @property
     def margin_s(self) -> float | None:
         """FTTI minus FHTI [s]; None where one of them is not there."""
         if self.ftti_s is None or self.times.fhti_s is None:
@@ -376,7 +381,8 @@ class InjectionCount:
         activated: All but those that were not activated.
         coverage: Interval of the share that is detected; None unless the points of the scenario
             are a random sample.
-        least_ftti_s: The least FTTI that was measured [s]; None where none was.
+        least_ftti_s: The least FTTI that was measured and is the fault's doing [s]; None where
+            none was.
         most_fhti_s: The largest FHTI [s]; None where none was.
     """
 
@@ -424,7 +430,7 @@ def count_injections(group: Sequence[Injection], *, is_sample: bool) -> Injectio
     activated = len(group) - counted["not_activated"]
     detected = sum(counted[name] for name in _DETECTED)
     interval = wilson(detected, activated, CONFIDENCE) if is_sample and activated else None
-    measured = [item.ftti_s for item in group if item.ftti_s is not None]
+    measured = [item.attributed_ftti_s for item in group if item.attributed_ftti_s is not None]
     handled = [item.times.fhti_s for item in group if item.times.fhti_s is not None]
     return InjectionCount(
         scenario=group[0].scenario,

@@ -358,7 +358,7 @@ are told apart. Our choice: a gap of a car's length at 25 m, of a lorry's at 70 
 
 # Columns of a run: a stretch of a column, and whether the pixel below it shows nothing. Of the
 # first run of a part also the part: where it is, its lowest row with nothing below (-1 for none),
-# its pixels, its owner and its nearest run.
+# its pixels, its owner and its nearest run: of equally near ones the leftmost and the rightmost.
 (
     RUN_COLUMN,
     RUN_TOP,
@@ -375,8 +375,9 @@ are told apart. Our choice: a gap of a car's length at 25 m, of a lorry's at 70 
     PART_PIXELS,
     PART_OWNER,
     PART_NEAREST,
-) = range(15)
-RUN_WIDTH: Final = 15
+    PART_NEAREST_LAST,
+) = range(16)
+RUN_WIDTH: Final = 16
 
 
 @inlined
@@ -486,7 +487,7 @@ def _begin_part(run: Ints, index: int) -> None:
     run[PART_CONTACT] = run[RUN_STOP] - 1 if run[RUN_OPEN] > 0 else -1
     run[PART_PIXELS] = run[RUN_STOP] - run[RUN_TOP]
     run[PART_OWNER] = run[RUN_OWNER]
-    run[PART_NEAREST] = index
+    run[PART_NEAREST] = run[PART_NEAREST_LAST] = index
 
 
 @inlined
@@ -502,8 +503,11 @@ def _add_run(part: Ints, run: Ints, index: int, nearness: Floats, runs: Ints) ->
         part[PART_OWNER] = _MIXED
     nearest = runs[part[PART_NEAREST]]
     near = nearness[nearest[RUN_COLUMN], nearest[RUN_STOP] - 1]
-    if nearness[run[RUN_COLUMN], run[RUN_STOP] - 1] > near:
-        part[PART_NEAREST] = index
+    here = nearness[run[RUN_COLUMN], run[RUN_STOP] - 1]
+    if here > near:
+        part[PART_NEAREST] = part[PART_NEAREST_LAST] = index
+    elif here == near:
+        part[PART_NEAREST_LAST] = index
 
 
 @compiled

@@ -211,7 +211,7 @@ def _fault_row(
     if not group:
         return row
     # None where a violation is not the fault's doing.
-    least = {run.run: run.ftti_s if run.fault_free_violation_s is None else None for run in group}
+    least = {run.run: run.attributed_ftti_s for run in group}
     fttis = [time for time in least.values() if time is not None]
     margins = {
         run.run: min(limits) - run.times.fhti_s

@@ -1,5 +1,6 @@
 """What follows a fault as times, and injected faults counted."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -179,6 +180,16 @@ def test_random_sample_has_an_interval_without_what_was_not_activated() -> None:
 def test_least_ftti_is_that_of_the_worst_run() -> None:
     group = [injection("masked", 4.0), injection("masked", 2.5), injection("masked")]
     assert count_injections(group, is_sample=False).least_ftti_s == pytest.approx(1.5)
+
+
+def test_twin_that_violates_without_the_fault_tells_nothing_of_how_long_the_fault_may_last() -> (
+    None
+):
+    anyway = replace(injection("masked", 1.5), fault_free_violation_s=1.4)
+    assert anyway.ftti_s == pytest.approx(0.5)
+    group = [injection("masked", 4.0), anyway]
+    assert count_injections(group, is_sample=False).least_ftti_s == pytest.approx(3.0)
+    assert count_injections([anyway], is_sample=False).least_ftti_s is None
 
 
 def test_table_has_a_row_for_each_group_and_counts_every_run_once() -> None:

@@ -245,11 +245,19 @@ def test_contact_is_the_foot_of_the_columns_in_which_it_is_seen() -> None:
         assert Parts(*lines).column(raster.PART_CONTACT) == contacts, what
 
 
-def test_nearest_column_of_a_part_is_the_first_whose_foot_is_nearest() -> None:
-    images = {("333", "303", "..."): 1, ("33", "00", ".."): 0, ("3300", "3300", "...."): 2}
-    for lines, column in images.items():
+def test_nearest_columns_of_a_part_are_the_first_and_the_last_whose_foot_is_nearest() -> None:
+    images = {
+        ("333", "303", "..."): (1, 1),
+        ("33", "00", ".."): (0, 1),
+        ("3300", "3300", "...."): (2, 3),
+        ("0030", "0030", "...."): (0, 3),
+    }
+    for lines, columns in images.items():
         parts = Parts(*lines)
-        assert parts.runs[parts.column(raster.PART_NEAREST), raster.RUN_COLUMN] == [column], lines
+        for part, column in zip(
+            (raster.PART_NEAREST, raster.PART_NEAREST_LAST), columns, strict=True
+        ):
+            assert parts.runs[parts.column(part), raster.RUN_COLUMN] == [column], lines
 
 
 def test_mirrored_image_has_mirrored_parts() -> None:

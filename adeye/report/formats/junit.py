@@ -5,8 +5,8 @@
   applicable. Nothing is ever skipped.
 - What an FSR is over all scenarios stands in the suite's output. It is a test case of its own only
   where no scenario is red for the same reason, so that a dashboard counts each failure once.
-- VACUOUS in one scenario is neutral while the FSR passes over all scenarios: that is what a fold
-  over runs means. The suite's output lists it as not exercised there.
+- VACUOUS or a waived verdict in one scenario is neutral while the FSR passes over all scenarios:
+  that is what a fold over runs means. The suite's output lists it as not exercised or waived there.
 - A FAIL that the gate sets aside is green; the suite's output lists it with the reason.
 - One test case for each way in which a channel of the architecture failed: an error where the gate
   refuses it.

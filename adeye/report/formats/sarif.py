@@ -279,9 +279,7 @@ def _of_pair(report: Report, fsr: Fsr, architecture: Architecture) -> Iterator[S
         cell = report.cell(fsr.id, architecture.id, scenario.id)
         if cell is not None and cell.verdict is Verdict.PASS:
             continue
-        is_neutral = (
-            passes and cell is not None and (cell.is_set_aside or cell.verdict is Verdict.VACUOUS)
-        )
+        is_neutral = overall is not None and overall.excuses(cell)
         is_shown = is_shown or not is_neutral
         yield _verdict_result(report, (fsr, architecture, scenario), cell, is_neutral=is_neutral)
     if not passes and not is_shown:

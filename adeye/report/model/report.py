@@ -7,7 +7,7 @@ a PASS over a failed run, a number that belongs to nothing.
 from collections.abc import Hashable, Iterable, Iterator, Sequence
 from functools import cached_property
 from itertools import chain
-from typing import Annotated
+from typing import Annotated, Self
 
 from pydantic import Field
 
@@ -137,6 +137,16 @@ class Cell(Part):
         """Verdicts that a waiver lets the gate pass, which are no evidence."""
         found = sorted(verdict for verdict in WAIVABLE if self.counts.get(verdict))
         return tuple(found) if self.verdict is Verdict.PASS else ()
+
+    def excuses(self, part: Self | None) -> bool:
+        """Whether the cell of one scenario, not PASS, is neutral beside this one of all scenarios.
+
+        It is where the FSR passes over all of them for the gate, and in the scenario was not
+        exercised, is waived or is set aside: that is what a fold over runs means.
+        """
+        if part is None or self.in_gate is not Verdict.PASS:
+            return False
+        return part.is_set_aside or part.verdict in {Verdict.VACUOUS, *self.waived}
 
     @property
     def exercised_text(self) -> str:

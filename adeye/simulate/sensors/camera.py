@@ -141,9 +141,10 @@ def _is_accepted(parameters: Any, patches: Floats, runs: Ints, part: int, image:
 
     What is told from its background needs a product of contrast and angular size that rises as the
     light falls (Rose 1948, see ``contrast_threshold``). So a part counts as many rows as it fills,
-    times the share of its contrast that is left in its nearest pixel; rounded. Of a sliver at a
-    side of the image nothing can be told: uprights lean where the camera is pitched, so its lower
-    end is not where the object stands.
+    times the share of its contrast that is left in its nearest pixel; rounded. Of equally near ones
+    the leftmost and the rightmost count half each, so that an image and its mirror image tell the
+    same. Of a sliver at a side of the image nothing can be told: uprights lean where the camera is
+    pitched, so its lower end is not where the object stands.
     """
     rows = runs[part, raster.PART_STOP] - runs[part, raster.PART_TOP]
     columns = runs[part, raster.PART_LAST] - runs[part, raster.PART_FIRST] + 1
@@ -154,12 +155,20 @@ def _is_accepted(parameters: Any, patches: Floats, runs: Ints, part: int, image:
     kind = runs[part, raster.RUN_CLASS]
     if kind < 0:
         return True
-    nearest = runs[runs[part, raster.PART_NEAREST]]
-    column, row = nearest[raster.RUN_COLUMN], nearest[raster.RUN_STOP] - 1
+    share = 0.5 * (
+        _share_left(parameters, patches, runs[runs[part, raster.PART_NEAREST]], kind, image)
+        + _share_left(parameters, patches, runs[runs[part, raster.PART_NEAREST_LAST]], kind, image)
+    )
+    return bool(rows * share >= parameters["min_rows"] - 0.5)
+
+
+@inlined
+def _share_left(parameters: Any, patches: Floats, run: Ints, kind: int, image: Image) -> float:
+    """Return the contrast of the lowest pixel of a run, as a share of the least that is seen."""
+    column, row = run[raster.RUN_COLUMN], run[raster.RUN_STOP] - 1
     transmission, _, _ = imaging.patch_at(patches, column, row)
     share, illuminance = imaging.contrast_at(parameters, kind, transmission, column, row, image)
-    share /= contrast_threshold(1.0, illuminance)
-    return bool(rows * share >= parameters["min_rows"] - 0.5)
+    return share / contrast_threshold(1.0, illuminance)
 
 
 @inlined

@@ -139,6 +139,32 @@ def test_vacuous_scenario_is_neutral_while_the_fsr_passes(report: Report) -> Non
     assert "not exercised: FSR-03 in lead_braking" in out
 
 
+def waived(report: Report) -> Report:
+    """A report in which INCONCLUSIVE in one scenario is waived, so that FSR-01 passes over all."""
+    open_ = {Verdict.INCONCLUSIVE: 1, Verdict.PASS: 59}
+    overall = known(report.cell("FSR-01", "camera_radar"))
+    passes = {"counts": {Verdict.INCONCLUSIVE: 1, Verdict.PASS: overall.runs - 1}}
+    part = known(report.cell("FSR-01", "camera_radar", "cut_in"))
+    changed = part.model_copy(update={"verdict": Verdict.INCONCLUSIVE, "counts": open_})
+    total = with_cell(report, ("FSR-01", "camera_radar", None), overall.model_copy(update=passes))
+    return with_cell(total, ("FSR-01", "camera_radar", "cut_in"), changed)
+
+
+def test_waived_scenario_is_neutral_while_the_fsr_passes_and_red_once_it_does_not(
+    report: Report,
+) -> None:
+    passing = waived(report)
+    document = parse(passing)
+    assert results(document)["camera_radar.cut_in", "FSR-01"] == "passed"
+    out = document.xpath("testsuite[@name='camera_radar']")[0].findtext("system-out")
+    assert "waived: FSR-01 in cut_in" in out
+    overall = known(passing.cell("FSR-01", "camera_radar"))
+    expired = overall.model_copy(update={"verdict": Verdict.INCONCLUSIVE})
+    changed = with_cell(passing, ("FSR-01", "camera_radar", None), expired)
+    red = parse(changed.model_copy(update={"exit_code": ExitCode.INCOMPLETE}))
+    assert results(red)["camera_radar.cut_in", "FSR-01"] == "error"
+
+
 def test_vacuous_fsr_is_an_error_where_it_is_vacuous_and_says_how_many_runs_are_needed(
     report: Report,
 ) -> None:

@@ -212,6 +212,29 @@ def test_scenario_that_does_not_exercise_a_passing_fsr_is_not_applicable(report:
     assert (item["kind"], item["level"]) == ("notApplicable", "none")
 
 
+def test_scenario_that_a_waiver_accepts_is_not_applicable_while_the_fsr_passes(
+    report: Report,
+) -> None:
+    def told(overall: Verdict) -> str:
+        runs = {None: overall, "cut_in": Verdict.INCONCLUSIVE}
+        cells = tuple(
+            cell.model_copy(
+                update={
+                    "verdict": runs[cell.scenario],
+                    "counts": {Verdict.INCONCLUSIVE: 1, Verdict.PASS: cell.runs - 1},
+                }
+            )
+            if (cell.fsr, cell.architecture) == ("FSR-01", "camera_radar") and cell.scenario in runs
+            else cell
+            for cell in report.cells
+        )
+        changed = report.model_copy(update={"cells": cells})
+        return str(of(changed, "FSR-01/camera_radar/cut_in")["level"])
+
+    assert told(Verdict.PASS) == "none"
+    assert told(Verdict.INCONCLUSIVE) == "error"
+
+
 def test_fsr_without_any_red_scenario_that_does_not_pass_is_told_at_its_own_line(
     report: Report,
 ) -> None:

@@ -248,6 +248,13 @@ def test_both_fidelities_reach_equally_far(weather: dict[str, Any]) -> None:
     assert reach(context, fine, CAR[0]) == pytest.approx(expected, rel=1.5 / 16.0)
 
 
+@pytest.mark.parametrize("side", [2.0, 5.0, 20.0])
+def test_low_sun_on_the_left_takes_as_much_of_the_range_as_on_the_right(side: float) -> None:
+    sun = {"sun_elevation": math.radians(5.0)}
+    left, right = (reach_in({**sun, "sun_azimuth": math.radians(angle)}) for angle in (side, -side))
+    assert left == right < reach_in({})
+
+
 def test_fog_and_night_shorten_the_reach_by_much_more_than_that_and_lamps_lengthen_it() -> None:
     clear, night = reach_in({}), {"illuminance": 0.1}
     parked = reach_in(night, "parked_car")
