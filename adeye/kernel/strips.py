@@ -244,12 +244,20 @@ def opposite_ends(slabs: Floats, strips: Floats, s: float, lane: int) -> tuple[f
         slabs: (S, 4), see the module.
         strips: (J, 8).
         s: Along the line [m].
-        lane: Its number from the right of who drives there: from the left.
+        lane: Its number from the right of who drives there: from the left. Lanes beyond a median
+            do not count.
     """
     slab = slab_at(slabs, s)
     first = int(slabs[slab, SLAB_FIRST])
+    stop = first + int(slabs[slab, SLAB_STRIPS])
+    is_own = False
+    for row in range(first, stop):
+        is_own = is_own or strips[row, STRIP_LANE] >= 0.0
+        if is_own and strips[row, STRIP_KIND] == OTHER:
+            stop = row
+            break
     number = 0
-    for row in range(first + int(slabs[slab, SLAB_STRIPS]) - 1, first - 1, -1):
+    for row in range(stop - 1, first - 1, -1):
         if strips[row, STRIP_WAY] == OPPOSITE and strips[row, STRIP_KIND] == DRIVING:
             if number == lane:
                 return _ends(slabs, strips, s, row, slab)

@@ -560,18 +560,7 @@ def _moved(piece: Piece, first: float, last: float, shift: float) -> Iterator[Sl
         for at in (across.STRIP_RIGHT, across.STRIP_LEFT):
             moved[:, at] += moved[:, at + 1] * (low - begin)
         rows = [tuple(row) for row in np.round(moved, 6).tolist()]
-        yield max(0.0, round(low + shift, 6)), tuple(_beside_lanes(rows))
-
-
-def _beside_lanes(strips: Sequence[tuple[float, ...]]) -> Sequence[tuple[float, ...]]:
-    """Leave out what is beyond a strip that is for nobody, such as a median or a ditch."""
-    own = [at for at, strip in enumerate(strips) if strip[across.STRIP_LANE] >= 0.0]
-    low, high = own[0], own[-1]
-    while low > 0 and strips[low - 1][across.STRIP_KIND] != across.OTHER:
-        low -= 1
-    while high + 1 < len(strips) and strips[high + 1][across.STRIP_KIND] != across.OTHER:
-        high += 1
-    return strips[low : high + 1]
+        yield max(0.0, round(low + shift, 6)), tuple(rows)
 
 
 def _rising(piece: Piece, first: float, last: float, shift: float) -> Iterator[tuple[float, float]]:

@@ -54,6 +54,16 @@ def test_lanes_of_the_other_way_are_counted_from_the_right_of_who_drives_there()
     assert math.isnan(strips.opposite_ends(SLABS, STRIPS, 50.0, 1)[0])
 
 
+def test_lanes_of_the_other_way_beyond_a_median_are_not_met_by_who_is_oncoming() -> None:
+    divided = np.vstack([STRIPS[:2], STRIPS[2], STRIPS[2]])
+    divided[2, strips.STRIP_KIND], divided[2, strips.STRIP_WAY] = strips.OTHER, 0.0
+    divided[3, strips.STRIP_RIGHT], divided[3, strips.STRIP_LEFT] = 6.5, 10.0
+    slabs = np.array([[0.0, 0.0, 4.0, 1.0], [math.inf, 0.0, 0.0, 0.0]])
+    assert math.isnan(strips.opposite_ends(slabs, divided, 50.0, 0)[0])
+    divided[2] = STRIPS[2]
+    assert strips.opposite_ends(slabs, divided, 50.0, 1) == (3.5, 6.5)
+
+
 def test_the_limit_is_that_of_the_nearest_lane_of_the_way() -> None:
     places = [(50.0, 1.0), (150.0, -1.0), (150.0, 2.0), (150.0, 9.0), (150.0, -9.0)]
     assert [strips.limit_at(SLABS, STRIPS, *place) for place in places] == [20, 10, 20, 20, 10]

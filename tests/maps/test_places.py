@@ -58,6 +58,32 @@ def test_each_direction_has_its_places_and_the_other_lane_on_its_left() -> None:
         assert [strip[strips.STRIP_WAY] for strip in across] == [1.0, -1.0]
 
 
+@pytest.mark.parametrize("between", ["curb", "border", "median", "none", "restricted"])
+def test_what_lies_beyond_a_strip_for_nobody_is_there_as_well(between: str) -> None:
+    thin = (0.0, 0.5, 0.0, 0.0, 0.0)
+    drawn = network(
+        straight(
+            section(
+                lane(2, WIDE),
+                lane(1, thin, type=between),
+                lane(0),
+                lane(-1, WIDE),
+                lane(-2, thin, type=between),
+                lane(-3, WIDE, type="sidewalk"),
+            )
+        )
+    )
+    for key in ("m:1+100", "m:1-100"):
+        ((_, across),) = place_at(drawn, key).road.slabs
+        kinds = [int(strip[strips.STRIP_KIND]) for strip in across]
+        ways = [strip[strips.STRIP_WAY] for strip in across]
+        if key == "m:1+100":
+            assert kinds == [strips.WALKING, strips.OTHER, 0, strips.OTHER, 0]
+            assert ways == [0.0, 0.0, 1.0, 0.0, -1.0]
+        else:
+            assert kinds == [0, strips.OTHER, 0, strips.OTHER, strips.WALKING]
+
+
 def test_a_place_too_near_to_an_end_has_no_road_and_is_counted() -> None:
     refused = found(two_way()).refused
     # Of 0, 50, … 400 m each way: 0 m lacks what is before it, 350 and 400 m what is behind.
