@@ -17,7 +17,7 @@ import typer
 
 from adeye.cli.options import add, option
 from adeye.cli.output import clean, emit, emit_table, wrote
-from adeye.errors import UsageError, require_known
+from adeye.errors import InputError, UsageError, require_known
 from adeye.units import shown
 
 # --- ``new channel|sensor|metric``: write a working example to start from -------------------------
@@ -263,14 +263,19 @@ def example_files(name: str) -> dict[str, bytes]:
 def odds_in(folder: Path) -> tuple[str, ...]:
     """Give the files of a project's ODDs, as paths from its root: all that say which ODD they are.
 
-    One that cannot be read may be one.
+    One that cannot be read may be one if it looks like it.
     """
     found = sorted(path for end in ("yaml", "yml") for path in (folder / "odd").rglob(f"*.{end}"))
     return tuple(path.relative_to(folder).as_posix() for path in found if _may_be_odd(path))
 
 
 def _may_be_odd(path: Path) -> bool:
-    return re.search(rb"^odd\s*:", path.read_bytes(), re.MULTILINE) is not None
+    from adeye.spec.load import says_odd
+
+    try:
+        return says_odd(path)
+    except InputError:
+        return re.search(rb"\bodd\b|^extends\b", path.read_bytes(), re.MULTILINE) is not None
 
 
 def workflow(service: Service, odds: Sequence[str]) -> bytes:

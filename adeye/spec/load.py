@@ -466,6 +466,16 @@ def shipped(folder: str) -> Path:
     return Path(str(files("adeye"))).parent / folder
 
 
+def says_odd(path: Path) -> bool:
+    """Whether a file says which ODD it is, itself or in what it extends.
+
+    Raises:
+        InputError: It cannot be read.
+    """
+    content = _written(path, Odd).value
+    return isinstance(content, dict) and "odd" in content
+
+
 def _load(path: Path, model: type[Spec]) -> Loaded[Spec]:
     return _record(path, _written(path, model), model)
 

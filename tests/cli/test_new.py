@@ -236,6 +236,33 @@ def test_workflow_runs_every_odd_and_is_yaml(adeye: Any, folder: Path, service: 
     assert "cannot stand in a workflow" in adeye("init", "--ci", service.value).refused
 
 
+@pytest.mark.parametrize(
+    ("text", "is_listed"),
+    [
+        ("extends: first.yaml\nseed: 8\n", True),
+        ('"odd": other\nextends: first.yaml\n', True),
+        ("{odd: other, extends: first.yaml}\n", True),
+        ("\ufeffodd: other\nextends: first.yaml\n", True),
+        ("? odd\n: other\nextends: first.yaml\n", True),
+        ("extends: nothing.yaml\n", True),
+        ("odd: [\n", True),
+        ("extends: part.yaml\n", False),
+        ("text: 'no odd: here'\n", False),
+        ("- a: [\n", False),
+    ],
+)
+def test_workflow_has_what_plan_takes_for_an_odd_and_what_may_be_a_broken_one(
+    adeye: Any, folder: Path, text: str, is_listed: Any
+) -> None:
+    assert adeye("init").ok
+    (folder / "odd" / "part.yaml").write_text("concept: c\n")
+    (folder / "odd" / "second.yaml").write_text(text, encoding="utf-8")
+    assert adeye("init", "--ci", "github").ok
+    written = (folder / ".github" / "workflows" / "adeye.yml").read_text("utf-8")
+    assert ("odd/second.yaml" in written) == is_listed
+    assert "odd/first.yaml" in written
+
+
 @pytest.mark.slow
 def test_commands_of_the_readme_exist(adeye: Any) -> None:
     verbs = set(re.findall(rb"^    adeye (\w+)", project_files()["odd/README.md"], re.MULTILINE))
