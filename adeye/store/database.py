@@ -30,7 +30,7 @@ _TOLD_FROM_S: Final = 0.5
 
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
-Other = TypeVar("Other", bound="Door")
+Other = TypeVar("Other", bound="Door", covariant=True)
 
 
 @contextmanager
