@@ -139,13 +139,17 @@ UNASKED: Final = (
     "adeye.simulate adeye.spec.load adeye.spec.scenario adeye.campaign.plan adeye.reporting"
 )
 PLAIN: Final = "numpy yaml adeye.store.tables adeye.store.records"
+WRITTEN: Final = (
+    "adeye.store.write adeye.store.encoding adeye.spec.concept adeye.spec.document "
+    "adeye.report.model adeye.store.evidence.verification"
+)
 QUICK: Final = {
     "query SELECT(1)": PLAIN,
     "query failing-fsrs": PLAIN.replace("yaml ", ""),
     "query --columns v_runs": PLAIN,
-    "show --worst FSR-01": "",
-    "where FSR-01": "",
-    "db info": "",
+    "show --worst FSR-01": f"{WRITTEN} yaml adeye.store.tables",
+    "where FSR-01": "adeye.spec.concept adeye.spec.document",
+    "db info": f"{WRITTEN} numpy yaml adeye.kernel adeye.signals",
     "gate": "",
     "diff 1 1": "",
 }
