@@ -445,10 +445,19 @@ def judged_digests(
 
 
 def measures(connection: Connection, concept_digest: str) -> dict[str, str]:
-    """Give the measure of each FSR of a concept: its formula or bound, for people."""
+    """Give the measure of each FSR of a concept: its formula or bound, for people.
+
+    Raises:
+        IntegrityError: The concept or one of its FSRs is gone.
+    """
+    concept = content(connection, "concept", concept_digest)
     query = "SELECT id, measure FROM fsr WHERE concept_digest = ?"
-    found = connection.exec_driver_sql(query, (concept_digest,))
-    return {str(name): str(measure) for name, measure in found}
+    rows = connection.exec_driver_sql(query, (concept_digest,))
+    found = {str(item[0]): str(item[1]) for item in rows}
+    for item in concept["requirements"]:
+        if item["id"] not in found:
+            raise _gone(f"{item['id']} of concept", concept_digest)
+    return found
 
 
 # --- Summaries of a campaign: FSR status, gate, worst runs, the table of results and its hash -----
