@@ -14,8 +14,6 @@ from adeye.fields import fields_of
 from adeye.kernel.relation import tick_time
 from adeye.outputs import write_atomically
 from adeye.store.location import option
-from adeye.store.repository import Repository
-from adeye.sweep.values import named_values
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
@@ -26,6 +24,7 @@ if TYPE_CHECKING:
     from adeye.report.gate.difference import Difference
     from adeye.report.where.records import Where
     from adeye.store.records import CampaignInfo, StoredCase
+    from adeye.store.repository import Repository
 
 
 def compare_campaign(
@@ -51,6 +50,7 @@ def compare_campaign(
     """
     from adeye.report.comparison.compare import compare
     from adeye.report.files import guarding
+    from adeye.store.repository import Repository
 
     with guarding(db, {"html": html}):
         with Repository.open(db, create=False) as repository:
@@ -87,6 +87,7 @@ def where_in(
         IntegrityError: Results are not as they were written.
     """
     from adeye.report.where.tell import tell_where
+    from adeye.store.repository import Repository
 
     with Repository.open(db, create=False) as repository:
         campaign = find_called(repository, name)
@@ -108,6 +109,7 @@ def diff_campaigns(db: str | Path | None, old: str | None, new: str | None) -> D
         IntegrityError: Results are not as they were written.
     """
     from adeye.report.gate.difference import find_difference
+    from adeye.store.repository import Repository
 
     with Repository.open(db, create=False) as repository:
         after = find_called(repository, new)
@@ -130,6 +132,7 @@ def claim(db: str | Path | None, name: str | None, options: ClaimOptions) -> Cla
         IntegrityError: Results are not as they were written.
     """
     from adeye.report.claims import claims_of
+    from adeye.store.repository import Repository
 
     with Repository.open(db, create=False) as repository:
         campaign = find_called(repository, name)
@@ -166,6 +169,7 @@ def gate_campaign(db: str | Path | None, name: str | None, options: GateOptions)
     """
     from adeye.report.files import guarding
     from adeye.report.gate.decide import judge_campaign, update_baseline
+    from adeye.store.repository import Repository
 
     updated = options.baseline if options.is_update else None
     files = {"junit": options.junit, "--baseline": updated}
@@ -238,18 +242,17 @@ def describe_run(db: str | Path | None, run: str) -> dict[str, Any]:
         db: Database, by default ``.adeye/adeye.db``.
         run: Beginning of its result digest.
     """
-    from adeye.spec.concept import Concept
-    from adeye.spec.quantity import SI
+    from adeye.store.read.reader import Reader
+    from adeye.sweep.values import named_values
 
-    with Repository.open(db, create=False) as repository:
-        ref = repository.find_run(run)
-        stored = repository.run_row(ref.result_digest)
-        case = repository.test_case_row(ref.test_case)
-        campaign = repository.find_campaign(ref.campaign)
-        odd = repository.content("odd", campaign.odd_digest)
-        concept = repository.content("concept", campaign.concept_digest)
-        plain = repository.again.fsr_digests(campaign.id)
-        judged = {} if stored is None else repository.hindsight.half_steps.judged_with(ref, stored)
+    with Reader.open(db) as reader:
+        ref = reader.find_run(run)
+        stored = reader.run_row(ref.result_digest)
+        case = reader.test_case_row(ref.test_case)
+        campaign = reader.find_campaign(ref.campaign)
+        odd = reader.content("odd", campaign.odd_digest)
+        wanted = {} if stored is None else reader.judged_digests(ref, stored)
+        measures = reader.measures(campaign.concept_digest)
     parameters = named_values(dict(case.parameters), odd, ref.scenario)
     paths = {name: value for name, value in ref.point.items() if name not in case.parameters}
     described: dict[str, Any] = {
@@ -267,9 +270,6 @@ def describe_run(db: str | Path | None, run: str) -> dict[str, Any]:
     if stored is None:
         return described
     row = stored.row
-    wanted = plain | {fsr: item.digest for fsr, item in judged.items()}
-    requirements = Concept.model_validate(concept, context=SI).requirements
-    measures = {item.id: item.measure for item in requirements}
     return described | {
         **{name: row[name] for name in _OF_ROW},
         "machine_dependent": bool(row["machine_dependent"]),

@@ -304,3 +304,12 @@ def _parts_of_object(value: Any, home: str | None) -> tuple[dict[str, Any], list
 def _attributes(value: Any) -> dict[str, Any]:
     own = getattr(value, "__dict__", {})
     return {f".{name}": item for name, item in own.items() if not name.startswith("__")}
+
+
+LINK_LENGTH: Final = 32
+"""Characters of a link in hex."""
+
+
+def split_links(text: str) -> tuple[str, ...]:
+    """Give the links of a chain that were written one behind the other."""
+    return tuple(text[first : first + LINK_LENGTH] for first in range(0, len(text), LINK_LENGTH))

@@ -32,9 +32,6 @@ TRACE_SCHEMA: Final = "adeye/trace@3"
 LINK_TICKS: Final = 100
 """Rows between two links of the digest chain of a run."""
 
-LINK_LENGTH: Final = 32
-"""Characters of a link in hex."""
-
 COLUMNS: Final = {
     "ego": "(B, T, 7) ego state, signals.EGO_COLUMNS",
     "ego_place": "(B, T, 6) ego on the road, signals.PLACE_COLUMNS",
@@ -273,11 +270,6 @@ class Trace:
             channel_events=tuple(self.channel_events[run] for run in runs),
             case_digests=tuple(self.case_digests[run] for run in runs),
         )
-
-
-def split_links(text: str) -> tuple[str, ...]:
-    """Give the links of a chain that were written one behind the other."""
-    return tuple(text[first : first + LINK_LENGTH] for first in range(0, len(text), LINK_LENGTH))
 
 
 def _absorb(name: str, values: NDArray[Any], rows: Ints, lanes: NDArray[np.uint64]) -> None:

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 from adeye.errors import UsageError
 from adeye.store.read.campaigns import LATEST
-from adeye.store.write.planning import identify
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -144,6 +143,8 @@ def campaign_of_file(repository: Repository, path: str | Path) -> Meant:
     Raises:
         InputError: Anything is wrong in the files, or the ODD has no campaign.
     """
+    from adeye.store.write.planning import identify
+
     latest = _latest_of_file(repository, path)
     plan = planned_as(latest, path)
     record = plan.record()

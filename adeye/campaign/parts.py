@@ -24,6 +24,7 @@ import yaml
 
 from adeye import plugins
 from adeye.errors import IntegrityError, SpecError, UsageError, placed
+from adeye.fields import texts_in
 from adeye.identity import file_digest
 from adeye.judge.metrics import METRICS, register_metric
 from adeye.plugin_code import (
@@ -60,7 +61,7 @@ from adeye.spec.channels import (
     PluginChannel,
     PolicyChannel,
 )
-from adeye.spec.document import Loc, parse_document, texts_in
+from adeye.spec.document import Loc, parse_document
 from adeye.spec.load import Loaded
 from adeye.spec.programs import FmuUse, Plant
 from adeye.spec.quantity import IDENTIFIER

@@ -21,8 +21,8 @@ from adeye.judge.requirements import JUDGE_VERSION, CheckedRequirement, measured
 from adeye.spec.concept import Concept, Requirement
 from adeye.spec.odd import Attributes
 from adeye.spec.quantity import SI
-from adeye.store.encoding import json_text
 from adeye.store.evidence.roots import find_kept, folders_of
+from adeye.store.texts import json_text
 from adeye.store.write.content import executable_digest
 from adeye.store.write.results import CHUNK
 

@@ -15,7 +15,8 @@ from adeye.judge.verdict import ExitCode
 from adeye.outputs import guarded, write_atomically
 
 if TYPE_CHECKING:
-    from adeye.store.evidence.roots import Root, RunProof
+    from adeye.store.evidence.roots import RunProof
+    from adeye.store.evidence.vouched import Root
 
 # --- ``db metadata``: what datasette needs to show a database: titles, units, saved queries -------
 
@@ -140,14 +141,14 @@ def info(db: Db = None, json: Json = False) -> None:
         adeye db info
         adeye db info --json
     """
-    from adeye.store.repository import Repository
+    from adeye.store.read.reader import Reader
 
-    with Repository.open(db, create=False) as repository:
-        found = repository.info()
-        campaigns = repository.campaigns()
-        roots = {item.id: repository.evidence.root(item.id) for item in campaigns}
-        sessions = {item.id: repository.evidence.sessions(item.id) for item in campaigns}
-        withdrawn = repository.evidence.withdrawals()
+    with Reader.open(db) as reader:
+        found = reader.info()
+        campaigns = reader.campaigns()
+        roots = {item.id: reader.evidence.root(item.id) for item in campaigns}
+        sessions = {item.id: reader.evidence.sessions(item.id) for item in campaigns}
+        withdrawn = reader.evidence.withdrawals()
     if json:
         out.emit_json(
             "db-info",

@@ -317,18 +317,6 @@ def has_part(value: Any, part: str | int) -> bool:
     return isinstance(value, list) and isinstance(part, int) and part < len(value)
 
 
-def texts_in(content: Any, loc: Loc = ()) -> Iterator[tuple[Loc, str]]:
-    """Give every text of a content with its place in it."""
-    if isinstance(content, str):
-        yield loc, content
-    elif isinstance(content, Mapping):
-        for key, item in content.items():
-            yield from texts_in(item, (*loc, key))
-    elif isinstance(content, list | tuple):
-        for at, item in enumerate(content):
-            yield from texts_in(item, (*loc, at))
-
-
 @lru_cache(maxsize=32)
 def _schema(model: type[BaseModel]) -> Mapping[str, Any]:
     try:

@@ -10,12 +10,13 @@ from pathlib import Path
 from typing import Any, Final, Generic, TypeVar
 
 from adeye.errors import InputError, SourceLocation, SpecError, Together, placed, raise_all, suggest
+from adeye.fields import texts_in
 from adeye.identity import file_digest
 from adeye.plugins import locate_file
 from adeye.spec.architecture import Architecture
 from adeye.spec.channels import ReferenceName, read_name, reference_content
 from adeye.spec.concept import Concept, asil_problems
-from adeye.spec.document import Document, Loc, has_part, load_document, texts_in, validate
+from adeye.spec.document import Document, Loc, has_part, load_document, validate
 from adeye.spec.grid import GridSettings
 from adeye.spec.odd import Odd
 from adeye.spec.places import SOME_ROAD, PlaceRoad, first_place, is_on_map, map_files, map_notes

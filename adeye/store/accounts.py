@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from sqlalchemy import Connection, Table, select
 
 from adeye.errors import InputError
+from adeye.identity import LINK_LENGTH, split_links
 from adeye.signals import NO_FAULT, Ints
 from adeye.store import tables
 from adeye.store.cases import JUDGED, JUDGED_CASES
@@ -29,7 +30,6 @@ from adeye.store.encoding import Row, row, rows_of_columns, stored_rows
 from adeye.store.ledger import insert_rows, key_text
 from adeye.store.records import Finding
 from adeye.store.sql import filled
-from adeye.trace import LINK_LENGTH, split_links
 from adeye.units import read_quantity
 
 if TYPE_CHECKING:

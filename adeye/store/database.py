@@ -17,7 +17,6 @@ from sqlalchemy import Connection, Engine
 
 from adeye.errors import LostConnection, PlatformError
 from adeye.notices import AGAIN_S, notice, waiting_for
-from adeye.store import ledger
 from adeye.store.location import Location, Place, locate
 
 WRITES: Final = "adeye_writes"
@@ -31,7 +30,7 @@ _TOLD_FROM_S: Final = 0.5
 
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
-Other = TypeVar("Other", bound="Door")
+Other = TypeVar("Other", bound="Door", covariant=True)
 
 
 @contextmanager
@@ -100,6 +99,9 @@ class Database:
             shared: Others may write meanwhile, where the database has locks for rows: enough for
                 what changes rows of ``work`` only, each by compare and set.
         """
+        # Whoever only reads needs none of what hashes rows.
+        from adeye.store import ledger
+
         with errors_in_words(self.location), self._connect() as connection:
             connection.execution_options(**{WRITES: "shared" if shared else "alone"})
             ledger.begin(connection)

@@ -23,7 +23,6 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from functools import cache, cached_property
 from itertools import count, islice, repeat
 from typing import Any, Final, TypeAlias
@@ -37,6 +36,7 @@ from adeye.errors import IntegrityError
 from adeye.signals import Ints
 from adeye.store import postgres
 from adeye.store.catalogue import is_server
+from adeye.store.texts import clean_text
 
 # --- From values to rows: normalisation by column type, row hashes, bulk inserts ------------------
 
@@ -48,34 +48,6 @@ _NUMBERS = count()
 """Cursors of a server have names."""
 CHUNK = 500
 """Values bound in one IN list, below the variable limit of every supported SQLite."""
-
-
-def clean_text(text: str) -> str:
-    r"""Escape what a database cannot keep: lone surrogates and NUL.
-
-    >>> clean_text("a\x00b")
-    'a\\x00b'
-    """
-    return text.encode("utf-8", "backslashreplace").decode("utf-8").replace("\x00", "\\x00")
-
-
-def json_text(value: Any) -> str:
-    """Write JSON with sorted keys; refuse NaN and infinity.
-
-    Raises:
-        ValueError: A number is not finite.
-    """
-    return clean_text(
-        json.dumps(
-            value, ensure_ascii=False, sort_keys=True, separators=(",", ":"), allow_nan=False
-        )
-    )
-
-
-def utc_text(moment: datetime | None) -> str:
-    """Write a time of day as UTC in ISO 8601, or now if there is none."""
-    moment = datetime.now(UTC) if moment is None else moment
-    return moment.astimezone(UTC).isoformat(timespec="milliseconds")
 
 
 def _float(value: Any) -> float:

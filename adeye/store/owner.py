@@ -18,7 +18,7 @@ from typing import Any, Self
 from sqlalchemy import Connection, Row, func, select
 
 from adeye.store.catalogue import is_server
-from adeye.store.encoding import json_text, utc_text
+from adeye.store.texts import json_text, utc_text
 
 _PROC = Path("/proc")
 

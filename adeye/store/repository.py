@@ -16,20 +16,19 @@ Contract:
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import ExitStack
 from pathlib import Path
 from typing import Self
 
 from adeye.store import schema
-from adeye.store.database import Database, Door, Part, create_parent, reading, sharing, writing
+from adeye.store.database import Part, create_parent, reading, sharing, writing
 from adeye.store.evidence import ledger_check, verification
 from adeye.store.evidence.roots import Evidence
 from adeye.store.location import Location, Place, locate
-from adeye.store.read import campaigns as stored
 from adeye.store.read.bulk import read_compared, read_figures, read_made
 from adeye.store.read.checking import idle_events, injected_faults, unbegun_events
+from adeye.store.read.reader import Reader
 from adeye.store.read.rejudging import Again
-from adeye.store.records import DatabaseInfo, Finding
+from adeye.store.records import Finding
 from adeye.store.write import content, merge, planning
 from adeye.store.write import queue as leasing
 from adeye.store.write.merge import Copied, Merged, Origin
@@ -37,7 +36,7 @@ from adeye.store.write.queue import Queue
 from adeye.store.write.studies import Hindsight
 
 
-class Repository(Door):
+class Repository(Reader):
     """Plans, results and verdicts in one database; see the module for the contract."""
 
     @classmethod
@@ -54,38 +53,11 @@ class Repository(Door):
         """
         location = locate(place)
         (create_parent if create else schema.require_exists)(location)
-        with ExitStack() as unless_opened:
-            database = Database(location)
-            unless_opened.callback(database.close)
-            with database.read() as connection:
-                is_new = schema.read_version(connection) is None
-            if create and is_new:
-                schema.upgrade_database(database)
-            with database.read() as connection:
-                schema.require_current(connection, location)
-            unless_opened.pop_all()
-        return cls(database)
-
-    @property
-    def location(self) -> Location:
-        """Where the database is."""
-        return self._database.location
+        return cls._opened(location, create=create)
 
     def reopen(self) -> None:
         """Go on with what is at the place of the database by now; see ``Database.reopen``."""
         self._database.reopen()
-
-    def close(self) -> None:
-        """Close the connections of this process."""
-        self._database.close()
-
-    def __enter__(self) -> Self:
-        """Return itself."""
-        return self
-
-    def __exit__(self, *raised: object) -> None:
-        """Close, and tell content that broke its reader, see ``damage``."""
-        verification.close(self, raised[1])
 
     # Plans
 
@@ -121,7 +93,6 @@ class Repository(Door):
     fail_block = sharing(leasing.fail_block)
     quarantine_block = sharing(leasing.quarantine_block)
     complete_block = sharing(leasing.complete_block, shared=False)
-    work_state = reading(stored.work_state)
 
     # Judging again
 
@@ -137,37 +108,14 @@ class Repository(Door):
 
     # Reading
 
-    campaigns = reading(stored.campaigns)
-    latest_campaign = reading(stored.latest_campaign)
-    latest_ids = reading(stored.latest_ids)
-    find_campaign = reading(stored.find_campaign)
-    campaign_before = reading(stored.campaign_before)
-    progress = reading(stored.progress)
-    fsr_status = reading(stored.fsr_status)
-    gate = reading(stored.gate)
-    never_held = reading(stored.never_held)
-    failed_channels = reading(stored.failed_channels)
-    contacts = reading(stored.contacts)
     unbegun_events = reading(unbegun_events)
     idle_events = reading(idle_events)
     injected_faults = reading(injected_faults)
-    find_run = reading(stored.find_run)
-    run_row = reading(stored.run_row)
-    test_case_row = reading(stored.test_case_row)
-    content = reading(stored.content)
-    results = reading(stored.results)
     figures = reading(read_figures)
     compared = reading(read_compared)
     made = reading(read_made)
-    worst_runs = reading(stored.worst_runs)
-    worst_run = reading(stored.worst_run)
 
     # Integrity
-
-    def verify(self) -> tuple[Finding, ...]:
-        """Name everything in the database that is not as it was written."""
-        with self._database.read() as connection:
-            return tuple(verification.verify(connection))
 
     def unsound(self, campaign: str) -> tuple[Finding, ...]:
         """Name what is not as it was written of all that the summaries of a campaign rest on."""
@@ -176,8 +124,3 @@ class Repository(Door):
 
     require_sound = reading(verification.require_sound)
     require_no_campaign_gone = reading(ledger_check.require_no_campaign_gone)
-
-    def info(self) -> DatabaseInfo:
-        """Say what the database holds."""
-        with self._database.read() as connection:
-            return stored.info(connection, self.location)

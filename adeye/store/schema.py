@@ -15,8 +15,6 @@ from adeye.store import postgres
 from adeye.store.catalogue import LONGEST_NAME
 from adeye.store.database import Database, create_parent
 from adeye.store.location import Location, Place, locate
-from adeye.store.tables import INSERT_ONLY, metadata
-from adeye.store.views import view_ddl
 
 # --- Triggers that keep results from being changed or deleted, per dialect ------------------------
 
@@ -27,6 +25,8 @@ def trigger_ddl(dialect: str = "sqlite") -> tuple[str, ...]:
     Raises:
         KeyError: The dialect has no triggers written for it.
     """
+    from adeye.store.tables import INSERT_ONLY
+
     return tuple(
         statement for table in INSERT_ONLY for statement in insert_only_ddl(table.name, dialect)
     )
@@ -211,6 +211,9 @@ def statements(dialect: Dialect) -> tuple[tuple[str, str], ...]:
 def _statements(dialect: Dialect) -> Iterator[tuple[str, str]]:
     from sqlalchemy.schema import CreateIndex
 
+    from adeye.store.tables import metadata
+    from adeye.store.views import view_ddl
+
     is_server = dialect.name == "postgresql"
     if is_server:
         yield from postgres.FUNCTIONS.items()
@@ -232,6 +235,8 @@ def created(table: Table, dialect: Dialect) -> str:
 
 def made(dialect: Dialect) -> dict[str, str]:
     """Give all of ``statements`` by name, and of a server its constraints, which are in them."""
+    from adeye.store.tables import metadata
+
     rules = (rule for table in metadata.tables.values() for rule in table.constraints)
     written = dialect.identifier_preparer.format_constraint
     names = {str(written(rule)): "" for rule in rules if dialect.name == "postgresql"}

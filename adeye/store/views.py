@@ -19,9 +19,8 @@ from sqlalchemy import Connection
 from adeye.identity import digest
 from adeye.store import catalogue as catalog
 from adeye.store.cases import JUDGED
-from adeye.store.rules import check_view_ddl
 from adeye.store.sql import filled, statement
-from adeye.store.tables import METRIC_IDS, MOMENTS, TABLES
+from adeye.store.table_parts import METRIC_IDS, MOMENTS, TABLES
 
 # --- The SQL views: the documented, stable interface for people who know SQL ----------------------
 
@@ -102,6 +101,8 @@ def _lines(parts: list[str]) -> str:
 
 def view_ddl() -> dict[str, str]:
     """Write the statement that creates each view, in the order of their dependencies."""
+    from adeye.store.rules import check_view_ddl
+
     counted = [
         f"SUM(CASE verdict WHEN '{verdict}' THEN runs ELSE 0 END) AS {column}"
         for verdict, column in COUNTED.items()

@@ -10,7 +10,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final
 
 from adeye.errors import InputError, SweepError
-from adeye.spec.document import texts_in
+from adeye.fields import texts_in
 from adeye.spec.expression import parse
 from adeye.units import Dimension, format_quantity
 

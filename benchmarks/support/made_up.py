@@ -25,9 +25,10 @@ from adeye.store.block import (
     RunBlock,
     VerdictBlock,
 )
-from adeye.store.encoding import Dictionary, Texts, json_text
+from adeye.store.encoding import Dictionary, Texts
 from adeye.store.records import CampaignFsr, CampaignRecord, ContentRecord, EngineKey
 from adeye.store.tables import METRIC_IDS
+from adeye.store.texts import json_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -108,7 +108,7 @@ def count_method(path: str, name: str, *answer: Any, pause_s: float = 0.0) -> No
 
 def move_clock(seconds: float) -> None:
     """Let the wall clock of this process be wrong."""
-    from adeye.store import encoding
+    from adeye.store import texts
     from adeye.store.write import queue as leasing
 
     class Moved(datetime):
@@ -116,7 +116,7 @@ def move_clock(seconds: float) -> None:
         def now(cls, tz: Any = None) -> Any:
             return datetime.now(tz or UTC) + timedelta(seconds=seconds)
 
-    for module in (encoding, leasing):
+    for module in (texts, leasing):
         if hasattr(module, "datetime"):
             module.datetime = Moved  # type: ignore[attr-defined]
 

@@ -351,7 +351,9 @@ def test_report_of_evidence_that_was_altered_is_written_and_tells(
     [
         pytest.param(verb, table, marks=pytest.mark.slow if verb[0] == "r" and at else ())
         for verb in ("report --report-json r.json", "show RUN")
-        for at, table in enumerate(("concept", "odd", "scenario", "architecture", "test_case"))
+        for at, table in enumerate(
+            ("concept", "fsr", "odd", "scenario", "architecture", "test_case")
+        )
     ],
 )
 def test_content_that_is_gone_is_no_wrong_request(

@@ -22,11 +22,12 @@ from adeye.store.block import (
     VerdictBlock,
 )
 from adeye.store.database import Database
-from adeye.store.encoding import Dictionary, Texts, json_text
+from adeye.store.encoding import Dictionary, Texts
 from adeye.store.evidence.roots import computed_root
 from adeye.store.records import Block, EngineKey, EventRecord, MetricValue, VerdictRecord
 from adeye.store.repository import Repository
 from adeye.store.tables import METRIC_IDS
+from adeye.store.texts import json_text
 
 Verdicts = Mapping[str, Sequence[VerdictRecord]]
 """By result digest."""

@@ -24,7 +24,6 @@ from adeye.store.encoding import (
     Texts,
     hash_words,
     hashed_names,
-    json_text,
     next_number,
     row,
     row_hash,
@@ -34,10 +33,10 @@ from adeye.store.encoding import (
     stored_hashes,
     stored_words,
     table_rows,
-    utc_text,
 )
 from adeye.store.records import BlockCase, EventRecord, MetricValue
 from adeye.store.repository import Repository
+from adeye.store.texts import json_text, utc_text
 from tests.refusals import refused
 from tests.store.conftest import Example, Store
 from tests.store.raw import on_sqlite

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from adeye.errors import SweepError
 from adeye.spec.load import OddFiles, load_odd
 from adeye.spec.odd import Attributes
-from adeye.store.encoding import json_text
+from adeye.store.texts import json_text
 from adeye.sweep import case as structure
 from adeye.sweep.case import AuthorityOverride, TestCase, batches, content_digest, structure_key
 from adeye.sweep.expand import Expansion, expand

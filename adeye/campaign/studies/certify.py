@@ -18,6 +18,7 @@ from adeye.campaign.replay import Counter, recalled_parts, same_ticks
 from adeye.campaign.run import Progress, fitting
 from adeye.campaign.work import BatchTask, WorkContext, execute, grouped
 from adeye.errors import PlatformError, UsageError
+from adeye.identity import split_links
 from adeye.judge.evaluate import MARGIN
 from adeye.judge.outcome import OUTCOMES
 from adeye.judge.verdict import STATUSES, VERDICTS
@@ -30,7 +31,7 @@ from adeye.store.evidence.roots import CertificateRecord, Executed
 from adeye.store.records import EngineKey, MetricValue, of_fields, of_row
 from adeye.store.repository import Repository
 from adeye.sweep.case import TestCase, structure_key
-from adeye.trace import LINK_TICKS, split_links
+from adeye.trace import LINK_TICKS
 from adeye.version import __version__
 
 if TYPE_CHECKING:

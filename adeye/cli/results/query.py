@@ -153,14 +153,14 @@ def _statement(sql: str, about: Mapping[str, str]) -> str:
     Raises:
         UsageError: It is one word, and no saved query, or it does not ask about a campaign.
     """
-    from adeye.store.read.saved import SAVED
-
     if sql == "-":
         statement = sys.stdin.read()
-    elif sql in SAVED:
-        statement = SAVED[sql].about_one().sql if about else SAVED[sql].sql
     elif _NAME.fullmatch(sql):
-        raise UsageError(f"there is no saved query {sql!r}", remedy=suggest(sql, SAVED))
+        from adeye.store.read.saved import SAVED
+
+        if sql not in SAVED:
+            raise UsageError(f"there is no saved query {sql!r}", remedy=suggest(sql, SAVED))
+        statement = SAVED[sql].about_one().sql if about else SAVED[sql].sql
     else:
         statement = sql
     if about and not _CAMPAIGN.search(statement):

@@ -51,11 +51,11 @@ def run_called(db: str | None, run: str | None, worst: str | None, *, last_faile
         )
     if run is not None:
         return run
-    from adeye.store.repository import Repository
+    from adeye.store.read.reader import Reader
 
-    with Repository.open(db, create=False) as repository:
-        campaign = repository.find_campaign()
-        fsr, found = repository.worst_run(campaign.id, worst)
+    with Reader.open(db) as reader:
+        campaign = reader.find_campaign()
+        fsr, found = reader.worst_run(campaign.id, worst)
     out.talk(
         f"note: run {out.short(found)}, the worst of {fsr} in campaign {campaign.number} of "
         f"{campaign.odd}"

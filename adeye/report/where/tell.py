@@ -23,8 +23,6 @@ from adeye.report.where import records
 from adeye.report.where.boxes import Box, Scale, separate
 from adeye.report.where.words import FAULT, Words, keyword
 from adeye.signals import Bools, Ints
-from adeye.spec.concept import Concept
-from adeye.spec.quantity import SI
 from adeye.store.read.bulk import Compared, Labels
 from adeye.store.records import CampaignInfo
 from adeye.store.repository import Repository
@@ -58,10 +56,8 @@ def tell_where(
         UsageError: The campaign has no such FSR, architecture or axis.
     """
     odd: Mapping[str, Any] = repository.content("odd", campaign.odd_digest)
-    concept = Concept.model_validate(
-        repository.content("concept", campaign.concept_digest), context=SI
-    )
-    known = {item.id: item for item in concept.requirements}
+    concept = repository.content("concept", campaign.concept_digest)
+    known = {item["id"]: item for item in concept["requirements"]}
     require_known([fsr], known, lambda name: f"the campaign has no FSR {name!r}")
     require_known(
         architectures, odd["architectures"], lambda name: f"there is no architecture {name!r}"
@@ -77,8 +73,8 @@ def tell_where(
         campaign,
         campaign=campaign.id,
         fsr=fsr,
-        text=known[fsr].text.strip(),
-        measure=known[fsr].measure,
+        text=known[fsr]["text"].strip(),
+        measure=repository.measures(campaign.concept_digest)[fsr],
         by=names,
         sites=tuple(site.told(names) for site in told),
     )

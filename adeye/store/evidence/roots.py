@@ -33,18 +33,13 @@ from adeye.outputs import KEPT_FOLDER
 from adeye.store import tables
 from adeye.store.cases import JUDGED, JUDGED_CASES
 from adeye.store.database import Door, reading
-from adeye.store.encoding import (
-    hashed_names,
-    json_text,
-    read_chunks,
-    row_hashes,
-    stored_words,
-    utc_text,
-)
+from adeye.store.encoding import hashed_names, read_chunks, row_hashes, stored_words
+from adeye.store.evidence.vouched import Root, Vouched, stored_root
 from adeye.store.ledger import add_numbered, add_row, summed
 from adeye.store.read.campaigns import Executed as Executed  # who certifies imports it from here
 from adeye.store.read.campaigns import executed_once, find_run
 from adeye.store.records import Finding, of_row
+from adeye.store.texts import json_text, utc_text
 from adeye.store.write.results import numbers_of, require_unaltered
 
 # --- A Merkle tree over leaves that come one after the other: its root, and proofs of one leaf ----
@@ -182,21 +177,6 @@ _VERDICTS: Final = f"""SELECT c.ordinal, c.result_digest, {_COLUMNS} FROM {JUDGE
 {_WITHIN}, v.fsr_id"""  # noqa: S608 - own names
 
 
-@dataclass(frozen=True, slots=True)
-class Root:
-    """The root of a complete campaign.
-
-    Attributes:
-        campaign: Its id.
-        leaves: Number of its cases.
-        root: sha256 in hex.
-    """
-
-    campaign: str
-    leaves: int
-    root: str
-
-
 def leaves(connection: Connection, campaign: str) -> Iterator[tuple[int, bytes]]:
     """Give ordinal and leaf hash of the cases of a campaign, also of those without a result."""
     planned = connection.exec_driver_sql(
@@ -220,13 +200,6 @@ def _verdicts(connection: Connection, within: tuple[str, int, int]) -> dict[int,
         for item, hashed in zip(found, row_hashes(tables.verdict, words), strict=True):
             by_ordinal[item[0]].append(hashed)
     return by_ordinal
-
-
-def stored_root(connection: Connection, campaign: str) -> Root | None:
-    """Read the root of a campaign; None if it was never complete."""
-    table = tables.campaign_root
-    found = connection.execute(table.select().where(table.c.campaign_id == campaign)).first()
-    return None if found is None else Root(campaign, found.leaves, found.root)
 
 
 def is_complete(connection: Connection, campaign: str) -> bool:
@@ -332,60 +305,6 @@ def campaign_sums(connection: Connection, campaign: str) -> dict[str, tuple[int,
 # --- What vouches for results: roots of campaigns, who executed them, and results withdrawn -------
 
 
-_RESTS_ON: Final = """(
-    SELECT result_digest FROM campaign_case WHERE campaign_id = ?
-    UNION SELECT h.result_digest FROM half_step h
-    JOIN campaign_case c ON c.result_digest = h.origin_digest
-    JOIN uncertainty u ON u.campaign_id = c.campaign_id AND u.scenario = c.scenario
-        AND u.architecture = c.architecture
-    WHERE c.campaign_id = ?)"""
-"""Results that the verdicts of a campaign rest on."""
-
-
-@dataclass(frozen=True, slots=True)
-class Session:
-    """One command that worked on a campaign.
-
-    Attributes:
-        number: In the order in which they came.
-        campaign: Id of the campaign.
-        at: UTC time at which it began.
-        who: User.
-        host: Machine.
-        tool: Version of adeye.
-        packages_digest: Digest over the versions of all packages.
-        cpu: Name of the processor.
-        provenance: Everything that was noted.
-    """
-
-    number: int
-    campaign: str
-    at: str
-    who: str
-    host: str
-    tool: str
-    packages_digest: str
-    cpu: str
-    provenance: Mapping[str, Any]
-
-
-@dataclass(frozen=True, slots=True)
-class Withdrawal:
-    """A result that is no evidence any more.
-
-    Attributes:
-        result_digest: Which.
-        at: UTC time.
-        author: Who withdrew it.
-        reason: Why.
-    """
-
-    result_digest: str
-    at: str
-    author: str
-    reason: str
-
-
 @dataclass(frozen=True, slots=True)
 class RunProof:
     """That a run is evidence of a campaign, to be checked with its root alone.
@@ -451,10 +370,9 @@ def prove(connection: Connection, run: str, campaign: str) -> RunProof:
     return RunProof(campaign, digest, found.ordinal, proof.leaves, own.hex(), path, root)
 
 
-class Evidence(Door):
+class Evidence(Vouched):
     """Reads and keeps what vouches for results, each method in one transaction."""
 
-    root = reading(stored_root)
     require_root = reading(require_root)
     computed_root = reading(computed_root)
     prove = reading(prove)
@@ -493,50 +411,6 @@ class Evidence(Door):
                 json_text(dict(provenance)),
             )
 
-    def sessions(self, campaign: str) -> tuple[Session, ...]:
-        """List the commands that worked on a campaign, the first first."""
-        query = "SELECT * FROM session WHERE campaign_id = ? ORDER BY number"
-        return tuple(
-            of_row(
-                Session,
-                item._mapping,
-                campaign=item.campaign_id,
-                provenance=json.loads(item.provenance),
-            )
-            for item in self._ask(query, campaign)
-        )
-
-    def kept_files(self, campaign: str | None = None) -> dict[str, tuple[tuple[str, str], ...]]:
-        """Name the files that keep traces, with digests of result and trace of each run in it.
-
-        Args:
-            campaign: Only files with runs of this campaign, and these.
-        """
-        found: dict[str, list[tuple[str, str]]] = defaultdict(list)
-        source = "kept_trace k JOIN run r ON r.number = k.run_number"
-        given: tuple[str, ...] = ()
-        if campaign is not None:
-            source += " JOIN campaign_case c ON c.result_digest = r.result_digest"
-            source += " WHERE c.campaign_id = ?"
-            given = (campaign,)
-        for name, result, trace in self._ask(
-            f"SELECT k.file, r.result_digest, r.trace_digest FROM {source} "  # noqa: S608
-            "ORDER BY k.file, k.place",
-            *given,
-        ):
-            found[str(name)].append((str(result), str(trace)))
-        return {name: tuple(runs) for name, runs in found.items()}
-
-    def kept_places(self, result_digest: str) -> list[tuple[str, int, str]]:
-        """Tell where traces of a result are kept: file, place in it, digest of the trace."""
-        query = (
-            "SELECT k.file, k.place, r.trace_digest FROM kept_trace k "
-            "JOIN run r ON r.number = k.run_number WHERE r.result_digest = ? "
-            "ORDER BY k.file, k.place"
-        )
-        rows = self._ask(query, result_digest)
-        return [(str(name), int(place), str(digest)) for name, place, digest in rows]
-
     def withdraw(self, result_digest: str, *, author: str, reason: str) -> bool:
         """Let a result count as evidence no more, in every campaign; its rows stay.
 
@@ -560,20 +434,6 @@ class Evidence(Door):
             values = result_digest, utc_text(None), author.strip(), reason.strip()
             add_numbered(connection, table, *values)
             return True
-
-    def withdrawals(self, campaign: str | None = None) -> tuple[Withdrawal, ...]:
-        """List withdrawn results, those of one campaign if its id is given.
-
-        A campaign has its twins with half the step as well: its margins rest on them.
-        """
-        query = "SELECT * FROM withdrawal"
-        given: tuple[str, ...] = ()
-        if campaign is not None:
-            query += " WHERE result_digest IN "
-            query += _RESTS_ON
-            given = (campaign, campaign)
-        found = self._ask(f"{query} ORDER BY number", *given)
-        return tuple(of_row(Withdrawal, item._mapping) for item in found)
 
 
 # --- Keep certificates of determinism beside their campaigns, and say which runs can have one -----

@@ -53,7 +53,7 @@ from adeye.store.write.planning import SelectionHash, judging_hash
 from adeye.store.write.results import RUN_HASHED, result_hashes, tally_rows
 
 if TYPE_CHECKING:
-    from adeye.store.repository import Repository
+    from adeye.store.read.reader import Reader
 
 # --- Content that breaks its reader: a database that somebody else wrote or changed says so -------
 
@@ -82,7 +82,7 @@ def is_unexplained(raised: object) -> bool:
     )
 
 
-def close(repository: Repository, raised: object) -> None:
+def close(repository: Reader, raised: object) -> None:
     """Close a repository; look for the cause if something unforeseen ended its use.
 
     Args:

@@ -25,9 +25,9 @@ from adeye.signals import Bools, Floats, Ints
 from adeye.store.cases import standing
 from adeye.store.encoding import read_chunks
 from adeye.store.location import Place
-from adeye.store.read.campaigns import content
+from adeye.store.read.campaigns import content, plain_digests
 from adeye.store.schema import opened
-from adeye.store.tables import TABLES, plain_digests
+from adeye.store.table_parts import TABLES
 
 if TYPE_CHECKING:
     from adeye.spec.odd import Attributes, CoverageBins

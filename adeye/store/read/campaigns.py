@@ -14,20 +14,20 @@ from typing import Any, Final
 from sqlalchemy import Connection, Row, RowMapping, func, select, text
 
 from adeye.errors import InputError, IntegrityError, UsageError, require_known
+from adeye.identity import split_links
 from adeye.judge.verdict import Verdict
 from adeye.notices import notice
 from adeye.store import catalogue as catalog
-from adeye.store import records, schema, tables
+from adeye.store import records, schema
+from adeye.store import run_tables as tables
 from adeye.store.cases import JUDGED, JUDGED_CASES, standing
-from adeye.store.encoding import clean_text, stored_rows
-from adeye.store.evidence.ledger_check import require_no_campaign_gone
 from adeye.store.location import Location
 from adeye.store.owner import clock_now, is_abandoned
 from adeye.store.plugin_metrics import metric_values, plugin_metrics
 from adeye.store.sql import filled
-from adeye.store.tables import TABLES, work
+from adeye.store.table_parts import TABLES, WORK_STATES
+from adeye.store.texts import clean_text
 from adeye.store.views import COUNTED, MEASURED, WORST_FIRST
-from adeye.trace import split_links
 
 # --- What a run is besides a run of a campaign, and how far the blocks of a campaign are ----------
 
@@ -79,7 +79,9 @@ def fork_of_case(connection: Connection, test_case: str) -> records.ForkRecord |
 
 def work_state(connection: Connection, campaign_id: str) -> records.WorkState:
     """Count the blocks of a campaign by state; a block whose owner is gone counts as pending."""
-    blocks = connection.execute(select(work).where(work.c.campaign_id == campaign_id)).all()
+    blocks = connection.execute(
+        select(tables.work).where(tables.work.c.campaign_id == campaign_id)
+    ).all()
     now = clock_now(connection)
     states = [
         "pending" if block.state == "leased" and is_abandoned(block, now) else block.state
@@ -87,7 +89,7 @@ def work_state(connection: Connection, campaign_id: str) -> records.WorkState:
     ]
     counted = Counter(states)
     return records.WorkState(
-        **{state: counted[state] for state in tables.WORK_STATES},
+        **{state: counted[state] for state in WORK_STATES},
         to_judge=sum(
             block.kind == "judge" and state == "pending"
             for block, state in zip(blocks, states, strict=True)
@@ -152,6 +154,8 @@ def find_campaign(connection: Connection, name: str | None = None) -> records.Ca
     if name is None or name == LATEST:
         latest = latest_campaign(connection)
         if latest is None:
+            from adeye.store.evidence.ledger_check import require_no_campaign_gone
+
             require_no_campaign_gone(connection)
             raise UsageError("the database has no campaign", remedy="Run an ODD first.")
         return latest
@@ -164,6 +168,8 @@ def find_campaign(connection: Connection, name: str | None = None) -> records.Ca
     try:
         found = _starting_with(connection, (tables.campaign.c.id,), name, "campaign")
     except InputError as error:
+        from adeye.store.evidence.ledger_check import require_no_campaign_gone
+
         require_no_campaign_gone(connection)
         remedy = f"{error.remedy} {_known_campaigns(connection)}".strip()
         raise InputError(error.message, remedy=remedy) from error
@@ -342,7 +348,7 @@ def run_row(connection: Connection, result_digest: str) -> records.StoredRun | N
     # A run of an older release lacks the others.
     for table in ("timing", "criticality"):
         for later in rows(table):
-            metrics |= metric_values(later, tables.TABLES[table])
+            metrics |= metric_values(later, TABLES[table])
     verdicts = sorted(rows("verdict"), key=itemgetter("fsr_id", "fsr_digest"))
     events = sorted(rows("event"), key=itemgetter("seq"))
     links = [split_links(item["links"]) for item in rows("chain")]
@@ -405,6 +411,55 @@ def _gone(kind: str, digest: str) -> IntegrityError:
     )
 
 
+def plain_digests(connection: Connection, campaign_id: str) -> dict[str, str]:
+    """Give the digest of each FSR of a campaign without what half the step told.
+
+    Args:
+        connection: In a transaction.
+        campaign_id: The campaign.
+    """
+    found = connection.exec_driver_sql(
+        "SELECT f.fsr_id, COALESCE(u.fsr_digest, f.fsr_digest) FROM campaign_fsr f "
+        "LEFT JOIN uncertainty u ON u.judged_digest = f.fsr_digest WHERE f.campaign_id = ?",
+        (campaign_id,),
+    )
+    return {str(name): str(digest) for name, digest in found}
+
+
+def judged_digests(
+    connection: Connection, run: records.RunRef, stored: records.StoredRun
+) -> dict[str, str]:
+    """Give the digest of each FSR that a run is judged by, with numeric uncertainty if it was.
+
+    Forks and twins are judged without any.
+    """
+    found = connection.exec_driver_sql(
+        "SELECT DISTINCT name, judged_digest FROM uncertainty "
+        "WHERE campaign_id = ? AND scenario = ? AND architecture = ? AND kind = 'fsr' "
+        "ORDER BY name, judged_digest",
+        (run.campaign, run.scenario, run.architecture),
+    ).all()
+    judged = {verdict.fsr_digest for verdict in stored.verdicts}
+    uncertain = {str(name): str(digest) for name, digest in found if digest in judged}
+    return plain_digests(connection, run.campaign) | uncertain
+
+
+def measures(connection: Connection, concept_digest: str) -> dict[str, str]:
+    """Give the measure of each FSR of a concept: its formula or bound, for people.
+
+    Raises:
+        IntegrityError: The concept or one of its FSRs is gone.
+    """
+    concept = content(connection, "concept", concept_digest)
+    query = "SELECT id, measure FROM fsr WHERE concept_digest = ?"
+    rows = connection.exec_driver_sql(query, (concept_digest,))
+    found = {str(item[0]): str(item[1]) for item in rows}
+    for item in concept["requirements"]:
+        if item["id"] not in found:
+            raise _gone(f"{item['id']} of concept", concept_digest)
+    return found
+
+
 # --- Summaries of a campaign: FSR status, gate, worst runs, the table of results and its hash -----
 
 _STATUS: Final = (
@@ -443,9 +498,12 @@ def never_held(
     connection: Connection, campaign_id: str
 ) -> dict[tuple[str, str], tuple[records.NeverHeld, ...]]:
     """List the nested implications that no run asked for, by FSR and architecture."""
+    from adeye.store.encoding import stored_rows
+    from adeye.store.tables import never_held as table
+
     found: dict[tuple[str, str], tuple[records.NeverHeld, ...]] = {}
     for _, fsr, architecture, _, antecedent, decides, _ in stored_rows(
-        connection, tables.never_held, "campaign_id = ?", (campaign_id,)
+        connection, table, "campaign_id = ?", (campaign_id,)
     ):
         key = fsr, architecture
         found[key] = (*found.get(key, ()), records.NeverHeld(antecedent, bool(decides)))
@@ -566,11 +624,13 @@ def _one_of_each(wanted: Mapping[str, Sequence[str]]) -> tuple[str, list[str]]:
 
 def info(connection: Connection, location: Location) -> records.DatabaseInfo:
     """Say what a database holds."""
+    from adeye.store.tables import metadata
+
     version = schema.read_version(connection) or ""
     size = catalog.size_bytes(connection)
     rows = {
         table.name: connection.execute(select(func.count()).select_from(table)).scalar_one()
-        for table in tables.metadata.sorted_tables
+        for table in metadata.sorted_tables
     }
     return records.DatabaseInfo(str(location), version, size, rows)
 

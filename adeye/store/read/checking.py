@@ -17,7 +17,7 @@ from adeye.store.cases import standing
 from adeye.store.evidence.verification import require_sound
 from adeye.store.ledger import insert_rows
 from adeye.store.location import Place, locate
-from adeye.store.read.campaigns import find_campaign, latest_campaign
+from adeye.store.read.campaigns import find_campaign, latest_campaign, plain_digests
 from adeye.store.records import CampaignInfo, CampaignRecord
 from adeye.store.rules import (
     BEGINS,
@@ -30,7 +30,6 @@ from adeye.store.rules import (
     check_view_ddl,
 )
 from adeye.store.schema import opened
-from adeye.store.tables import plain_digests
 from adeye.store.write.content import save_concept, save_content
 from adeye.store.write.planning import fsr_rows, judging_hash, save_campaign
 

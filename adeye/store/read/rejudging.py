@@ -14,8 +14,8 @@ from adeye.store.block import JudgedBlock
 from adeye.store.cases import GAPS, JUDGED
 from adeye.store.catalogue import rows_of_runs
 from adeye.store.database import Door, reading
+from adeye.store.read.campaigns import plain_digests
 from adeye.store.records import Block, EngineKey
-from adeye.store.tables import plain_digests
 from adeye.store.write import results
 from adeye.store.write.queue import is_held
 

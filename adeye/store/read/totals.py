@@ -25,7 +25,7 @@ from adeye.judge.verdict import (
     fold_runs,
     gate_exit,
 )
-from adeye.store.evidence.roots import Withdrawal
+from adeye.store.evidence.vouched import Withdrawal
 from adeye.store.records import of_fields
 from adeye.store.repository import Repository
 

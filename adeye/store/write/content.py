@@ -12,9 +12,10 @@ from sqlalchemy import Connection, Table
 from adeye.errors import ExpressionError
 from adeye.identity import canonical_json, digest
 from adeye.store import tables
-from adeye.store.encoding import json_text, row
+from adeye.store.encoding import row
 from adeye.store.ledger import add_row, insert_rows, row_of
 from adeye.store.records import ContentRecord
+from adeye.store.texts import json_text
 
 if TYPE_CHECKING:
     from adeye.spec.concept import Assumption, Concept, DependentFailure, Requirement

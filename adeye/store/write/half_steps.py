@@ -21,9 +21,10 @@ from adeye.store import tables
 from adeye.store.block import JudgedBlock, RunBlock
 from adeye.store.cases import JUDGED, count_open
 from adeye.store.database import Door, reading, writing
-from adeye.store.encoding import Row, json_text, row
+from adeye.store.encoding import Row, row
 from adeye.store.ledger import insert_rows, row_of
 from adeye.store.records import RunRef, StoredRun, VerdictRecord, of_row, verdict_record
+from adeye.store.texts import json_text
 from adeye.store.write.results import changed_case, numbers_of, record_judged_runs, record_verdicts
 
 _PART: Final = 2_048

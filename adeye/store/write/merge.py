@@ -34,13 +34,14 @@ from adeye.store.evidence.roots import campaign_sums
 from adeye.store.evidence.verification import verify
 from adeye.store.ledger import insert_rows
 from adeye.store.location import Location, Place, locate
-from adeye.store.plugin_metrics import ensure_same_table, plugin_tables
+from adeye.store.plugin_metrics import plugin_tables
 from adeye.store.read.campaigns import latest_id
 from adeye.store.schema import opened, require_current
 from adeye.store.tables import LEDGER, kept_trace, metadata
 from adeye.store.views import ensure_scenario_views
 from adeye.store.write.content import executable_digest
 from adeye.store.write.planning import save_use, used_at
+from adeye.store.write.plugin_metrics import ensure_same_table
 from adeye.store.write.queue import add_block, close_blocks
 
 """Altered rows that a message names."""

@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, Any, Final, TextIO
 from sqlalchemy import Connection
 
 from adeye.errors import InputError
-from adeye.store import encoding, tables
+from adeye.store import encoding, tables, texts
 from adeye.store.accounts import CaseGroups, account_whole, save_groups
 from adeye.store.block import PlannedCases
 from adeye.store.cases import count_open, lacks_result, lacks_verdict
@@ -56,7 +56,7 @@ class SelectionHash:
     def __init__(self, odd_digest: str, concept_digest: str, gate: str, judging: str) -> None:
         """Begin with what the campaign says about all its cases."""
         self._hash = hashlib.sha256(
-            encoding.json_text([odd_digest, concept_digest, gate, judging]).encode()
+            texts.json_text([odd_digest, concept_digest, gate, judging]).encode()
         )
         self.count = 0
 
@@ -304,10 +304,10 @@ def used_at(connection: Connection) -> dict[str, str]:
 def _now(connection: Connection) -> str:
     """Tell the time, which goes on since what was planned before, whatever the clock says."""
     before = max(used_at(connection).values(), default="")
-    now = encoding.utc_text(None)
+    now = texts.utc_text(None)
     if now > before:
         return now
-    return encoding.utc_text(datetime.fromisoformat(before) + timedelta(milliseconds=1))
+    return texts.utc_text(datetime.fromisoformat(before) + timedelta(milliseconds=1))
 
 
 def _save_test_cases(
@@ -351,12 +351,12 @@ def _insert_sorted(connection: Connection, waiting: list[Row]) -> None:
 
 
 def _gate_text(record: CampaignRecord) -> str:
-    return encoding.json_text(sorted(record.gate))
+    return texts.json_text(sorted(record.gate))
 
 
 def _judging_text(record: CampaignRecord) -> str:
     # What is judged with a numeric uncertainty has a digest for each architecture and scenario.
-    return encoding.json_text(
+    return texts.json_text(
         sorted(
             [item.id, item.digest, dict(item.not_applicable), *_with_uncertainty(item)]
             for item in record.fsrs
@@ -377,7 +377,7 @@ def _test_cases(part: PlannedCases, odd_digest: str) -> list[Row]:
             part.scenario_content.digest,
             part.architecture_content.digest,
             part.fault_entry,
-            encoding.json_text([dict(fault) for fault in part.faults]),
+            texts.json_text([dict(fault) for fault in part.faults]),
             list(part.parameters),
             list(part.replicates),
             part.seed,
@@ -402,12 +402,12 @@ def save_campaign(
         concept_record(record.concept).digest,
         record.title,
         planned,
-        encoding.json_text(record.factors),
+        texts.json_text(record.factors),
         _gate_text(record),
-        encoding.json_text({name: dict(units) for name, units in record.units.items()}),
+        texts.json_text({name: dict(units) for name, units in record.units.items()}),
         _judging_text(record),
         hashed,
-        encoding.json_text(dict(record.provenance)),
+        texts.json_text(dict(record.provenance)),
     )
 
 

@@ -23,10 +23,10 @@ from adeye.store.accounts import account_whole
 from adeye.store.block import JudgedBlock, RunBlock
 from adeye.store.cases import JUDGED_CASES, open_cases
 from adeye.store.database import Door, reading, sharing
-from adeye.store.encoding import utc_text
 from adeye.store.owner import Owner, boot_clock_s, clock_now, is_abandoned
 from adeye.store.records import Block
 from adeye.store.tables import work
+from adeye.store.texts import utc_text
 from adeye.store.write import results
 from adeye.store.write.half_steps import judge_with_uncertainty
 

@@ -39,18 +39,18 @@ from adeye.store.encoding import (
     bulk_hashes,
     hash_words,
     hashed_names,
-    json_text,
     next_number,
     row,
     run_numbers,
     table_rows,
-    utc_text,
 )
 from adeye.store.ledger import add_row, insert_new, insert_rows
-from adeye.store.plugin_metrics import metric_columns, plugin_tables, record_plugin_metrics
+from adeye.store.plugin_metrics import plugin_tables
 from adeye.store.records import values_of
 from adeye.store.tables import basis, extreme, kept_trace, metadata, uid_set
+from adeye.store.texts import json_text, utc_text
 from adeye.store.views import WORST_FIRST
+from adeye.store.write.plugin_metrics import metric_columns, record_plugin_metrics
 from adeye.trace import LINK_TICKS
 
 # --- What it takes to judge runs again without their traces: written with them, read to judge -----

@@ -26,11 +26,12 @@ from adeye.store import tables
 from adeye.store.block import RunBlock
 from adeye.store.cases import JUDGED_CASES, standing
 from adeye.store.database import Door, Part, reading, writing
-from adeye.store.encoding import Row, json_text
+from adeye.store.encoding import Row
 from adeye.store.evidence.roots import Certificates
 from adeye.store.ledger import insert_new, insert_rows, row_of
 from adeye.store.read.campaigns import contact_of, executed_once, failed_among
 from adeye.store.records import ContentRecord, ForkRecord, RunRef, of_row
+from adeye.store.texts import json_text
 from adeye.store.write.content import save_content
 from adeye.store.write.half_steps import HalfSteps
 from adeye.store.write.results import changed_case, record_judged_runs, record_runs

@@ -14,7 +14,7 @@ from adeye.judge.metrics.registry import CODES, StatusColumn, status_codes
 from adeye.judge.stl.formula import unit_exponents
 from adeye.judge.verdict import STATUSES
 from adeye.ports import MetricColumn
-from adeye.store.tables import METRIC_IDS, METRIC_STATUSES
+from adeye.store.table_parts import METRIC_IDS, METRIC_STATUSES
 from tests.judge.conftest import measure
 from tests.refusals import refused
 

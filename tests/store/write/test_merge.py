@@ -19,8 +19,8 @@ from adeye.campaign.selection import Choice, Keyword, Shard
 from adeye.campaign.traces import altered_files, copy_campaigns
 from adeye.errors import InputError, IntegrityError, PlatformError
 from adeye.judge.verdict import Verdict
-from adeye.store import encoding, tables
 from adeye.store import ledger as inserting
+from adeye.store import tables, texts
 from adeye.store.database import Database
 from adeye.store.evidence.roots import folder_of
 from adeye.store.location import locate
@@ -94,12 +94,12 @@ def test_who_is_planned_while_the_clock_stands_is_the_latest_after_a_merge(tmp_p
 def planned_at(db: Path, example: Example, *plans: tuple[int, str]) -> dict[int, str]:
     """Plan campaigns of so many cases, each at a time of day."""
     found: dict[int, str] = {}
-    written = encoding.utc_text
+    written = texts.utc_text
     with Repository.open(db) as repository:
         for count, at in plans:
             now = datetime.fromisoformat(at)
             with pytest.MonkeyPatch.context() as patch:
-                patch.setattr(encoding, "utc_text", lambda asked, now=now: written(asked or now))
+                patch.setattr(texts, "utc_text", lambda asked, now=now: written(asked or now))
                 found[count] = Store(repository, example).campaign(count)
     return found
 
