@@ -27,6 +27,13 @@ SENSORS: dict[str, dict[str, Any]] = {
 FILE = "./planner.py"
 
 
+@cache
+def vehicle() -> dict[str, Any]:
+    """Read the vehicle of the shipped candidate, once: its whole ODD is loaded for that."""
+    odd = load_odd(ROOT / "odd/motorway_chauffeur.yaml")
+    return odd.architectures["camera_radar"].spec.vehicle.model_dump()
+
+
 def architecture(
     realises: Mapping[str, str] | None = None,
     switch: Mapping[str, Any] | None = None,
@@ -35,7 +42,6 @@ def architecture(
     """Make an architecture of channels; what they link that is a sensor is there."""
     found = {link for item in channels.values() for link in item["links"]} & SENSORS.keys()
     named = realises or {}
-    content = load_odd(ROOT / "odd/motorway_chauffeur.yaml").architectures["camera_radar"].spec
     sensors = {name: {**SENSORS[name], "rate": 20.0} for name in sorted(found or {"truth"})}
     parts = {
         kind: {name: {**item, "realises": named.get(name)} for name, item in items.items()}
@@ -45,7 +51,7 @@ def architecture(
     made = {
         "architecture": "made",
         "title": "made by hand",
-        "vehicle": content.vehicle.model_dump(),
+        "vehicle": vehicle(),
         **parts,
         "switch": {"policy": "fixed_priority", **order},
     }

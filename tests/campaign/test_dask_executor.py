@@ -10,6 +10,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -30,8 +31,9 @@ from tests.campaign.work import perform
 from tests.project import Executed, table_hash
 from tests.stored import stored
 
-dask = pytest.importorskip("dask", reason="needs adeye[distributed]")
-pytest.importorskip("distributed", reason="needs adeye[distributed]")
+# Not imported here: whoever finds tests would wait for it, in each process.
+if find_spec("distributed") is None:
+    pytest.skip("needs adeye[distributed]", allow_module_level=True)
 
 # Dask leaves the collection of its sockets to the interpreter.
 pytestmark = [
@@ -123,6 +125,8 @@ def test_killed_scheduler_ends_where_it_goes_on(mini: Executed, tmp_path: Path) 
 
 @pytest.mark.slow
 def test_cluster_without_workers(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    import dask
+
     with (
         dask.config.set({"adeye.patience": 0.7}),
         executing(tmp_path, workers=0) as (_, executor),

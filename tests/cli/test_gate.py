@@ -390,7 +390,13 @@ def test_odd_without_campaign_is_an_input_error(adeye: Any, mini: Executed, tmp_
     assert adeye("stale", str(mini.project.odd), "--db", str(tmp_path / "no.db")).refused
 
 
-@pytest.mark.parametrize("named", ["odd/tested.yaml", "tested.yaml", ""])
+@pytest.mark.parametrize(
+    "named",
+    [
+        "odd/tested.yaml",
+        *(pytest.param(name, marks=pytest.mark.slow) for name in ("tested.yaml", "")),
+    ],
+)
 def test_copy_that_asked_for_what_was_there_is_not_taken_for_the_first(
     adeye: Any, mini: Executed, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, named: str
 ) -> None:

@@ -16,7 +16,6 @@ from adeye.cli.new import (
     class_name,
     example_files,
     project_files,
-    shipped_odds,
     write_example,
     write_files,
 )
@@ -181,7 +180,8 @@ def test_nothing_is_overwritten_and_then_nothing_is_written(adeye: Any, folder: 
         (folder / name).unlink()
 
 
-@pytest.mark.parametrize("name", shipped_odds())
+# By their names: to read them all takes a tenth of the time of finding tests, with their maps.
+@pytest.mark.parametrize("name", sorted(path.stem for path in shipped("odd").glob("*.yaml")))
 def test_example_is_the_shipped_odd_with_all_that_it_reads(folder: Path, name: str) -> None:
     write_files(folder, example_files(name))
     ours, theirs = (

@@ -374,7 +374,7 @@ def in_pixels(box: Any, frames: list[Any], camera: Any) -> Any:
     return np.array([across, down]) / depth
 
 
-@pytest.mark.parametrize("rule", ["right", "left"])
+@pytest.mark.parametrize("rule", ["right", pytest.param("left", marks=pytest.mark.slow)])
 def test_image_shows_an_actor_where_frames_and_calibration_put_it(
     make_project: MakeProject, tmp_path: Path, rule: str
 ) -> None:

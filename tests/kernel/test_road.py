@@ -273,18 +273,25 @@ def test_places_on_the_road_are_marked_run_by_run() -> None:
     ]
 
 
+def columns(s: Floats, d: Floats) -> tuple[Floats, Floats]:
+    """Return places as a trace has them, beside each other, for which the kernel is compiled."""
+    places = np.stack([s, d], axis=-1)
+    return places[..., 0], places[..., 1]
+
+
 def test_a_place_is_part_of_what_is_there_and_asks_what_holds_there() -> None:
     ways = grounds((2.5, 1.0))._replace(slabs=SLABS[np.newaxis], strips=STRIPS[np.newaxis])
     s = np.full((1, 8), 50.0)
     d = np.array([[1.0, 1.0, 4.0, -1.0, 7.5, 6.7, -3.0, -4.0]])
     align = np.array([[0.0, 3.0, 3.0, 3.0, 0.0, 0.0, 0.0, 0.0]])
-    rules = road.road_rules(ways, s, d, align)[0]
+    rules = road.road_rules(ways, *columns(s, d), align)[0]
     assert [road.PARTS[int(part)] for part in rules[:, road.RULE_PART]] == [
         *("driving", "driving", "oncoming", "shoulder", "walking", "off", "other", "off")
     ]
     assert rules[:, road.RULE_WRONG_WAY].tolist() == [0, 1, 1, 0, 0, 0, 0, 0]
     assert rules[:, road.RULE_LIMIT].tolist() == [20.0] * 8
-    bay = road.road_rules(grounds((2.5, 0.0)), np.full((1, 1), 430.0), np.full((1, 1), -3.0), 0 * d)
+    place = columns(np.full((1, 1), 430.0), np.full((1, 1), -3.0))
+    bay = road.road_rules(grounds((2.5, 0.0)), *place, 0 * d)
     assert road.PARTS[int(bay[0, 0, road.RULE_PART])] == "parking"
 
 

@@ -11,9 +11,9 @@ from adeye.kernel import profiles, stops
 from adeye.kernel.road import NO_REFUGE, PARKING_BAY, REST_AREA, Ground, body_edge, curvature_at
 from adeye.signals import Floats
 from adeye.spec.channels import StopRatings
-from tests.kernel.stop_limits import GROUND, limits
+from tests.kernel.stop_limits import GROUND, body
 
-RECORD = limits()
+RECORD = body()
 RULES = np.array(stops.DEFAULT_RULES)
 
 

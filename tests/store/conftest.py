@@ -437,6 +437,16 @@ class Store:
         return result_table_hash(self.repository, campaign)
 
 
+@pytest.fixture(scope="session")
+def filled(empty: bytes, tmp_path_factory: pytest.TempPathFactory) -> tuple[bytes, str]:
+    """A database with everything in it, to be copied, and its first campaign."""
+    path = tmp_path_factory.mktemp("filled") / "adeye.db"
+    path.write_bytes(empty)
+    with Repository.open(path, create=False) as repository:
+        first = Store(repository, Example()).everything()
+    return path.read_bytes(), first
+
+
 @pytest.fixture
 def store(repository: Repository, example: Example) -> Iterator[Store]:
     opened = Store(repository, example)

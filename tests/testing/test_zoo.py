@@ -9,7 +9,7 @@ import subprocess
 import sys
 import time
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
@@ -116,12 +116,30 @@ def run(project: Project, cases: Sequence[TestCase]) -> Trace:
     return engine.run(cases, base_dirs=project.plan().folders, most_ticks=TICKS)
 
 
-@pytest.fixture(scope="module")
-def visit(tmp_path_factory: pytest.TempPathFactory) -> Visit:
+def is_costly(name: str) -> bool:
+    """Tell who burns time or waits for its deadline; one who only sleeps stays with the others."""
+    animal = zoo.ANIMALS[name]
+    greedy = {"burns_the_processor", "forks", "leaks_memory"}
+    return name in greedy or (animal.outcome == zoo.TIMEOUT and name != "sleeps")
+
+
+COSTLY = [name for name in zoo.ANIMALS if is_costly(name)]
+BRIEF = [name for name in zoo.ANIMALS if name not in COSTLY]
+
+
+@pytest.fixture(
+    scope="module",
+    params=[
+        pytest.param(BRIEF, id="brief"),
+        pytest.param(COSTLY, marks=pytest.mark.slow, id="costly"),
+    ],
+)
+def visit(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest) -> Visit:
+    animals: list[str] = request.param
     project = built(tmp_path_factory.mktemp("zoo") / "project", "process", zoo.parameters())
     first, second = project.plan().cases
-    names = ("", *zoo.ANIMALS, "")
-    beside = [first, *(program_case(first, name) for name in zoo.ANIMALS), second]
+    names = ("", *animals, "")
+    beside = [first, *(program_case(first, name) for name in animals), second]
     honest = run(project, [first, second])
     before, size = open_files(), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     with pytest.MonkeyPatch.context() as patch:
@@ -139,7 +157,15 @@ def visit(tmp_path_factory: pytest.TempPathFactory) -> Visit:
     )
 
 
-@pytest.mark.parametrize("name", zoo.ANIMALS)
+@pytest.mark.parametrize(
+    ("visit", "name"),
+    [
+        *(pytest.param(BRIEF, name, id=name) for name in BRIEF),
+        *(pytest.param(COSTLY, name, id=name, marks=pytest.mark.slow) for name in COSTLY),
+    ],
+    indirect=["visit"],
+    scope="module",
+)
 def test_animal_gets_its_outcome(visit: Visit, name: str) -> None:
     event = visit.event(name)
     judge(zoo.ANIMALS[name], event)
@@ -154,8 +180,8 @@ def test_runs_beside_the_zoo_keep_every_bit(visit: Visit) -> None:
 
 def test_failed_channel_is_silent_from_then_on_and_its_run_goes_on(visit: Visit) -> None:
     channel = visit.mixed.layout.channels.index("guest")
-    for name, animal in zoo.ANIMALS.items():
-        run = visit.names.index(name)
+    for run, name in enumerate(visit.names[1:-1], start=1):
+        animal = zoo.ANIMALS[name]
         silent = visit.mixed["status"][run, :TICKS, channel] == SILENT
         assert visit.mixed.length[run] > TICKS
         assert silent.any() == (animal.outcome != zoo.COMPLETED), name
@@ -205,13 +231,14 @@ class PluginVisit:
     """Where the zoo is, two situations to drive, and what they are like without mischief."""
 
     project: Project
+    folders: Mapping[str, Path]
     cases: tuple[TestCase, TestCase]
     honest: dict[str, Trace]
 
     def run(self, kind: str, names: Sequence[str], cases: Sequence[TestCase]) -> Trace:
         made = [plugin_case(case, kind, name) for case, name in zip(cases, names, strict=True)]
         with spoilt(self.project.folder):
-            return engine.run(made, base_dirs=self.project.plan().folders, most_ticks=TICKS)
+            return engine.run(made, base_dirs=self.folders, most_ticks=TICKS)
 
 
 @contextmanager
@@ -243,8 +270,9 @@ def plugin_case(case: TestCase, kind: str, name: str) -> TestCase:
 @pytest.fixture(scope="module")
 def plugin_visit(tmp_path_factory: pytest.TempPathFactory) -> PluginVisit:
     project = plugin_project(tmp_path_factory.mktemp("zoo") / "project")
-    first, second = project.plan().cases
-    empty = PluginVisit(project, (first, second), {})
+    plan = project.plan()
+    first, second = plan.cases
+    empty = PluginVisit(project, plan.folders, (first, second), {})
     honest = {kind: empty.run(kind, ("", ""), (first, second)) for kind in ("One", "Herd")}
     return replace(empty, honest=honest)
 

@@ -93,9 +93,10 @@ ENDS = np.array([[8.45, 1.40, 4.23, 12.68]])
 
 
 def sums(ttc: list[float], drac: list[float], margin: list[float]) -> tuple[list[float], int]:
+    # The accelerations are a column of a trace, for which the kernel is compiled.
     found, _, codes = exposures(
         np.array([len(ttc)]), 0.5, np.array([ttc]), np.array([drac]), np.array([margin]),
-        np.zeros((1, len(ttc))), 3.0, ENDS, 1.0, 4.0,
+        np.zeros((1, len(ttc), 2))[..., 0], 3.0, ENDS, 1.0, 4.0,
     )  # fmt: skip
     return found[:, 0].tolist(), int(codes[0])
 

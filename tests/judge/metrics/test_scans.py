@@ -83,13 +83,17 @@ def test_fault_counts_from_the_first_row_that_is_decided() -> None:
 
 
 def test_safe_state_lasts_to_the_end() -> None:
-    speeds, d = rows(0.0, 3.0, 0.0, 0.0), rows(1.0, 1.0, 1.0, 1.0)
+    # As columns of a trace, for which the kernel is compiled.
+    columns = np.stack([rows(0.0, 3.0, 0.0, 0.0), rows(1.0, 1.0, 1.0, 1.0)], axis=-1)
+    speeds, d = columns[..., 0], columns[..., 1]
     on, off = rows(1.0, 1.0, 1.0, 1.0) > 0.0, rows(0.0, 0.0, 0.0, 0.0) > 0.0
     safe = scans.safe_from(np.array([4]), speeds, d, NOBODY, on, 0.05)
     assert safe.tolist() == [2]
     assert scans.safe_from(np.array([2]), speeds, d, NOBODY, on, 0.05).tolist() == [2]
     assert scans.safe_from(np.array([4]), speeds, d, NOBODY, off, 0.05).tolist() == [4]
-    assert scans.safe_from(np.array([4]), speeds * np.nan, d, NOBODY, on, 0.05).tolist() == [-1]
+    assert scans.safe_from(
+        np.array([4]), (columns * np.nan)[..., 0], d, NOBODY, on, 0.05
+    ).tolist() == [-1]
 
 
 def test_takeover_is_by_another_channel_than_before_the_fault() -> None:

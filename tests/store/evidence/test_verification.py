@@ -30,7 +30,17 @@ PARTS = 6
 
 
 @pytest.fixture
-def campaign(store: Store) -> str:
+def place(place: str | Path, request: pytest.FixtureRequest) -> str | Path:
+    """Where a database is; a file has everything in it from the start if a test asks for that."""
+    if isinstance(place, Path) and "campaign" in request.fixturenames:
+        place.write_bytes(request.getfixturevalue("filled")[0])
+    return place
+
+
+@pytest.fixture
+def campaign(store: Store, place: str | Path, request: pytest.FixtureRequest) -> str:
+    if isinstance(place, Path):
+        return str(request.getfixturevalue("filled")[1])
     return str(store.everything())
 
 

@@ -71,6 +71,12 @@ def copied(parts: Path, name: str, folder: Path) -> Path:
     return Path(shutil.copy(parts / name, folder / name))
 
 
+def whole(mini: Executed, folder: Path) -> Path:
+    """Copy the database of the mini campaign, which other tests share, as a source."""
+    folder.mkdir(exist_ok=True)
+    return Path(shutil.copyfile(mini.db, folder / "source.db"))
+
+
 @pytest.mark.slow
 def test_shards_merged_are_one_campaign(mini: Executed, parts: Path, tmp_path: Path) -> None:
     db = tmp_path / "all.db"
@@ -186,16 +192,16 @@ def test_altered_source_is_refused_whole_and_named(parts: Path, tmp_path: Path) 
     refused(tmp_path / "all.db", source, IntegrityError, ["not as it was written", "metric"])
 
 
-def test_source_with_a_foreign_trigger_is_only_read(parts: Path, tmp_path: Path) -> None:
-    source = copied(parts, "2.db", tmp_path)
+def test_source_with_a_foreign_trigger_is_only_read(mini: Executed, tmp_path: Path) -> None:
+    source = whole(mini, tmp_path)
     alter(source, "DROP VIEW v_runs", "CREATE VIEW v_runs AS SELECT randomblob(9) AS x")
     content = source.read_bytes()
     refused(tmp_path / "all.db", source, IntegrityError, ["v_runs", "not as this release"])
     assert source.read_bytes() == content
 
 
-def test_view_in_the_place_of_a_table_is_refused(parts: Path, tmp_path: Path) -> None:
-    source = copied(parts, "2.db", tmp_path)
+def test_view_in_the_place_of_a_table_is_refused(mini: Executed, tmp_path: Path) -> None:
+    source = whole(mini, tmp_path)
     raw = sqlite3.connect(source)
     raw.execute("DROP TABLE takeover")
     raw.execute("CREATE VIEW takeover AS SELECT 1 AS fork_digest")
@@ -218,9 +224,9 @@ def test_another_result_of_one_test_case_contradicts(
 
 
 def test_verdict_that_a_deadline_of_the_machine_changed_is_not_lost(
-    parts: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    mini: Executed, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    db, source = tmp_path / "all.db", copied(parts, "1.db", tmp_path)
+    db, source = tmp_path / "all.db", whole(mini, tmp_path)
     merged(db, source)
     monkeypatch.setattr(merging, "verify", lambda _: iter(()))
     alter(source, "UPDATE run SET machine_dependent = 1, result_hash = 'x' WHERE number < 4")
@@ -239,14 +245,14 @@ def test_database_into_itself_and_no_database_are_refused(parts: Path, tmp_path:
     refused(db, text, PlatformError, ["text.db"])
 
 
-def test_source_is_opened_for_reading_only(parts: Path, tmp_path: Path) -> None:
-    source = copied(parts, "1.db", tmp_path)
+def test_source_is_opened_for_reading_only(mini: Executed, tmp_path: Path) -> None:
+    source = whole(mini, tmp_path)
     source.chmod(0o444)
     database: Any = Database(source, is_read_only=True)
     with pytest.raises(PlatformError), database.write() as connection:
         connection.exec_driver_sql("DELETE FROM work")
     database.close()
-    assert count_rows(copied(parts, "2.db", tmp_path), "run") > 0
+    assert count_rows(whole(mini, tmp_path / "beside"), "run") > 0
 
 
 def test_every_table_goes_over_or_is_named_as_left() -> None:
