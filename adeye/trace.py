@@ -97,6 +97,20 @@ Album = dict[str, list[Picture]]
 """Images by the camera that took them, in order of time."""
 
 
+class Moved(NamedTuple):
+    """What a storyboard event moves.
+
+    Attributes:
+        object: Its actor, among the objects.
+        along: Whether it is about the actor's speed.
+        across: Whether it is about its lateral place.
+    """
+
+    object: int
+    along: bool
+    across: bool
+
+
 @dataclass(frozen=True, slots=True)
 class Layout:
     """Names behind the axes of a trace's columns.
@@ -113,7 +127,7 @@ class Layout:
         horizon: Obligations start within it [s].
         tail: What is simulated after it [s].
         realised: Storyboard events that must begin within the horizon.
-        moved: The object that each storyboard event moves, in the order of the context's.
+        moved: What each storyboard event moves, in the order of the context's.
     """
 
     scenario: str
@@ -127,7 +141,7 @@ class Layout:
     horizon: float
     tail: float
     realised: tuple[str, ...]
-    moved: tuple[int, ...] = ()
+    moved: tuple[Moved, ...] = ()
 
     @property
     def lidars(self) -> tuple[str, ...]:

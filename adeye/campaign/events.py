@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from adeye.signals import Bools, Floats, Ints
-    from adeye.trace import Trace
+    from adeye.trace import Moved, Trace
 
 _NO_CHANGE: Final = 1e-6
 """Of a speed [m/s] and a lateral place [m]: below it lies rounding."""
@@ -116,23 +116,24 @@ def _storyboard(trace: Trace, found: _Found) -> None:
 
 
 def _changes_nothing(trace: Trace, begun: Floats, index: int) -> Bools:
-    """Tell in which runs (B,) an event leaves its actor's speed and lateral place as they were.
+    """Tell in which runs (B,) an event leaves what it is about as it was.
 
-    It has until another event of the actor begins, or the run ends; without a row for it nothing is
-    known.
+    That is its actor's speed along the road and its lateral place across it. It has time until
+    another event of the actor about the same begins, or the run ends; without a row for it nothing
+    is known.
 
     Args:
         trace: The batch.
         begun: (B, E) when each event began [s]; NaN where it did not, inf where it was lost.
         index: Of the event.
     """
-    moved = np.array(trace.layout.moved)
-    if not len(moved):
+    if not trace.layout.moved:
         return np.zeros(trace.runs, dtype=np.bool_)
+    moved = trace.layout.moved[index]
     has_begun = np.isfinite(begun[:, index])
     since = np.where(has_begun, begun[:, index], 0.0)[:, np.newaxis]
     # Another one of the actor may end it; NaN compares false, and inf is no end.
-    others = begun[:, moved == moved[index]]
+    others = begun[:, [_meets(moved, other) for other in trace.layout.moved]]
     ends = trace.time[trace.length - 1]
     until = np.where(others > since, others, np.inf).min(axis=1, initial=np.inf)
     until = np.minimum(until, ends)[:, np.newaxis]
@@ -140,12 +141,21 @@ def _changes_nothing(trace: Trace, begun: Floats, index: int) -> Bools:
     rows = np.arange(trace.time.shape[0])
     own = (rows >= first) & (rows <= last)
     is_idle = has_begun & (last > first)[:, 0]
-    for column, quantity in (("objects", OBJECT_SPEED), ("object_places", PLACE_D)):
-        values = trace[column][:, :, moved[index], quantity]
+    for is_about, column, quantity in (
+        (moved.along, "objects", OBJECT_SPEED),
+        (moved.across, "object_places", PLACE_D),
+    ):
+        values = trace[column][:, :, moved.object, quantity]
         most = np.where(own, values, -np.inf).max(axis=1)
         least = np.where(own, values, np.inf).min(axis=1)
-        is_idle &= most - least <= _NO_CHANGE
+        is_idle &= (most - least <= _NO_CHANGE) | (not is_about)
     return is_idle
+
+
+def _meets(one: Moved, other: Moved) -> bool:
+    """Tell whether two events are about the same of one actor."""
+    is_about_same = (one.along and other.along) or (one.across and other.across)
+    return one.object == other.object and is_about_same
 
 
 def _flags(

@@ -250,14 +250,13 @@ def opposite_ends(slabs: Floats, strips: Floats, s: float, lane: int) -> tuple[f
     slab = slab_at(slabs, s)
     first = int(slabs[slab, SLAB_FIRST])
     stop = first + int(slabs[slab, SLAB_STRIPS])
-    is_own = False
-    for row in range(first, stop):
-        is_own = is_own or strips[row, STRIP_LANE] >= 0.0
-        if is_own and strips[row, STRIP_KIND] == OTHER:
-            stop = row
-            break
+    own = stop - 1
+    while own > first and strips[own, STRIP_LANE] < 0.0:
+        if strips[own, STRIP_KIND] == OTHER:
+            stop = own
+        own -= 1
     number = 0
-    for row in range(stop - 1, first - 1, -1):
+    for row in range(stop - 1, own, -1):
         if strips[row, STRIP_WAY] == OPPOSITE and strips[row, STRIP_KIND] == DRIVING:
             if number == lane:
                 return _ends(slabs, strips, s, row, slab)

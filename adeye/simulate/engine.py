@@ -25,7 +25,7 @@ from adeye.simulate.switch import make_switch
 from adeye.simulate.switch.arbiter import overriding
 from adeye.simulate.traffic import make_traffic
 from adeye.simulate.world.clock import ticks
-from adeye.trace import Layout, Trace
+from adeye.trace import Layout, Moved, Trace
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -183,5 +183,8 @@ def layout_of(
         horizon=first.scenario.horizon,
         tail=first.scenario.tail,
         realised=first.scenario.realised,
-        moved=tuple(places(events[name].actor) for name in context.event_ids),
+        moved=tuple(
+            Moved(places(item.actor), along=item.is_along, across=item.is_across)
+            for item in map(events.__getitem__, context.event_ids)
+        ),
     )

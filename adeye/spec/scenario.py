@@ -489,6 +489,16 @@ class Event(q.GrownRecord):
         assert chosen is not None
         return chosen
 
+    @property
+    def is_along(self) -> bool:
+        """Whether it is about how fast its actor goes along the road."""
+        return self.lane_change is None
+
+    @property
+    def is_across(self) -> bool:
+        """Whether it is about where its actor is across the road."""
+        return self.lane_change is not None or self.cross is not None
+
 
 def _domain(event: Any) -> tuple[object, frozenset[str]]:
     """Say whom an event as written moves, and whether along the road, across it or both."""

@@ -165,10 +165,12 @@ def test_event_that_lost_against_another_did_not_begin(trace: Trace) -> None:
     ("moves", "says"),
     [
         ([], "cut_in begins, and changes nothing"),
-        ([("objects", 3, 6, 1e-3)], "cut_in begins"),
         ([("object_places", 1, 19, -1e-3)], "cut_in begins"),
         # What moves before it, or by a later event of the same actor, is not its doing.
         ([("objects", 3, 2, 1.0)], "cut_in begins, and changes nothing"),
+        ([("object_places", 1, 2, 1.0)], "cut_in begins, and changes nothing"),
+        # Nor is what it is not about.
+        ([("objects", 3, 6, 1e-3)], "cut_in begins, and changes nothing"),
         ([("objects", 3, 25, 1.0)], "cut_in begins, and changes nothing"),
     ],
 )
@@ -176,7 +178,7 @@ def test_event_that_leaves_its_actor_as_it_was_says_so(
     trace: Trace, moves: list[tuple[str, int, int, float]], says: str
 ) -> None:
     names = trace.layout.context.event_ids
-    actor = trace.layout.moved[names.index("cut_in")]
+    actor = trace.layout.moved[names.index("cut_in")].object
     begun = np.full_like(trace["begun"][:1], np.nan)
     begun[:, 5:, names.index("cut_in")] = trace.time[5]
     begun[:, 20:, names.index("change_speed")] = trace.time[20]

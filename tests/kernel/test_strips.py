@@ -62,6 +62,12 @@ def test_lanes_of_the_other_way_beyond_a_median_are_not_met_by_who_is_oncoming()
     assert math.isnan(strips.opposite_ends(slabs, divided, 50.0, 0)[0])
     divided[2] = STRIPS[2]
     assert strips.opposite_ends(slabs, divided, 50.0, 1) == (3.5, 6.5)
+    # Lanes of the ego's way may lie on either side of a strip for nobody.
+    both = np.vstack([STRIPS[1], STRIPS[3], STRIPS[1], STRIPS[2]])
+    both[1, strips.STRIP_KIND] = strips.OTHER
+    assert strips.opposite_ends(slabs, both, 50.0, 0) == (3.5, 6.5)
+    # What lies to the right of the ego's lanes is not met, either.
+    assert math.isnan(strips.opposite_ends(slabs, both[[3, 1, 2, 0]], 50.0, 0)[0])
 
 
 def test_the_limit_is_that_of_the_nearest_lane_of_the_way() -> None:

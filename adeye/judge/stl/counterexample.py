@@ -89,6 +89,8 @@ def missing_from(
     return missing
 
 
+_BETWEEN: Final = 7
+"""Times that are looked at from one row to the next, where the rows themselves decide nothing."""
 _FOUND: Final[dict[tuple[object, ...], bool]] = {}
 
 
@@ -96,7 +98,7 @@ def first_constant(formula: Formula, runs: Sequence[Runs]) -> tuple[syntax.Node,
     """Find a part that always or never holds, whatever its signals are, as far as is found.
 
     A word or truth value by itself never does. What reads the time alone may: how long runs last
-    is no matter of the formula, as long as this can fail.
+    is no matter of the formula, as long as this can fail, if only between the rows.
 
     Args:
         formula: The formula.
@@ -106,6 +108,8 @@ def first_constant(formula: Formula, runs: Sequence[Runs]) -> tuple[syntax.Node,
         The first such part, innermost, and whether it always holds; None if there is none.
     """
     fails = can_fail(formula, runs)
+    if not fails and formula.names == ("time",):
+        fails = can_fail(formula, [item._replace(step_s=item.step_s / _BETWEEN) for item in runs])
     for part in reversed(list(syntax.walk(formula.root))[1:]):
         if not isinstance(part, syntax.Condition) or _is_free(part, fails=fails):
             continue

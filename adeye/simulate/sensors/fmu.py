@@ -19,7 +19,7 @@ from adeye.kernel.jit import compiled
 from adeye.kernel.random import uniform
 from adeye.signals import Floats, Ints, Measurement, Scene
 from adeye.simulate.bridges.fmus import Fmus, Step, Wired, wire_each, wire_fmu
-from adeye.simulate.bridges.programs import Broken
+from adeye.simulate.bridges.programs import INVALID_OUTPUT, Broken
 from adeye.simulate.sensors.sampling import Sampling, Truth, rear_axles, velocity_at
 from adeye.spec.sensors import MOST_SENSED, SENSED, SENSED_OBJECT
 from adeye.units import Dimension, shown
@@ -137,7 +137,10 @@ class FmuSensing(Sampling):
         for run, found in fmus.step(asked).items():
             if isinstance(found, Broken):
                 self._fail(run, found, scene.time)
-            self._write(run, found, sample)
+            told = {w.signal: v for w, v in zip(self._wired[run].outputs, found, strict=True)}
+            if nonsense := self._nonsense(told, self._look.numbers[run]):
+                self._fail(run, Broken(INVALID_OUTPUT, nonsense), scene.time)
+            self._write(run, told, sample)
         return sample
 
     def _start(self) -> Fmus:
@@ -170,9 +173,25 @@ class FmuSensing(Sampling):
                 named[f"objects.{row + 1}.{name}"] = self._look.objects[:, row, column]
         return named
 
-    def _write(self, run: int, found: list[float], sample: Measurement) -> None:
+    def _nonsense(self, told: dict[str, float], numbers: Ints) -> str:
+        """Say what no detection can be like; empty for nothing."""
+        known = int(np.count_nonzero(numbers >= 0))
+        for slot in range(self._slots):
+            if told[f"{slot}.present"] <= 0.5:
+                continue
+            for name in ("length", "width"):
+                if (size := told.get(f"{slot}.{name}", 0.0)) < 0.0:
+                    return f"{name} of detection {slot + 1} is {size:g} m"
+            number = told.get(f"{slot}.object", 0.0)
+            if number not in range(known + 1):
+                return (
+                    f"object of detection {slot + 1} is {number:g}; it is told of {known}, and 0 "
+                    "is none"
+                )
+        return ""
+
+    def _write(self, run: int, told: dict[str, float], sample: Measurement) -> None:
         """Write the detections of a run in order of increasing distance."""
-        told = {w.signal: v for w, v in zip(self._wired[run].outputs, found, strict=True)}
         numbers = self._look.numbers[run]
         x, y, yaw = self._mounts[run]
         sine, cosine = sin_cos(yaw)

@@ -55,6 +55,13 @@ def test_one_scenario_that_lasts_long_enough_is_enough() -> None:
     assert constant(formula) is None
 
 
+def test_what_no_row_but_a_time_between_two_fails_is_no_constant() -> None:
+    step = LASTING[0].step_s
+    between = f"time <= {3 * step:g} s or time >= {4 * step:g} s"
+    assert constant(parse_formula(f"always({between})")) is None
+    assert constant(parse_formula(f"always({between} or time >= {3 * step:g} s)")) is not None
+
+
 def test_what_is_spelt_otherwise_is_not_searched_again(monkeypatch: pytest.MonkeyPatch) -> None:
     first, again = (parse_formula(f"always(d > 7{unit})") for unit in ("00 cm", " m"))
     assert can_fail(first, LASTING)

@@ -221,17 +221,25 @@ def test_unit_that_measures_something_else_is_refused() -> None:
     [
         ("v[2] = t > 0.01 ? NAN : 1;", "0.x nan (out) is no finite number"),
         ("if (t > 0.01) abort();", "killed: ended by SIGABRT"),
+        ("v[3] = t > 0.01 ? -4 : 4;", "length of detection 1 is -4 m"),
+        ("v[4] = t > 0.01 ? -1 : 1;", "width of detection 1 is -1 m"),
+        ("v[5] = t > 0.01 ? 0.4 : 1;", "object of detection 1 is 0.4; it is told of 1"),
+        ("v[5] = t > 0.01 ? 2 : 0;", "object of detection 1 is 2; it is told of 1"),
     ],
 )
-def test_fmu_that_fails_ends_the_campaign(tmp_path: Path, step: str, says: str) -> None:
-    variables = [Var("u", "input"), Var("one", "output"), Var("out", "output")]
+def test_fmu_that_fails_or_answers_nonsense_ends_the_campaign(
+    tmp_path: Path, step: str, says: str
+) -> None:
+    outputs = ("one", "out", "length", "width", "object")
+    variables = [Var("u", "input"), *(Var(name, "output") for name in outputs)]
     build_fmu(tmp_path, "bad", variables, f"v[1] = 1; {step}")
+    own = {name: name for name in ("length", "width", "object")}
     record = {
         "kind": "fmu",
         "file": "./bad.fmu",
         "rate": "20 Hz",
         "inputs": {"u": "time"},
-        "detections": [{"present": "one", "x": "out", "y": "one"}],
+        "detections": [{"present": "one", "x": "out", "y": "one", **own}],
     }
     caught = refused(
         PluginError,
