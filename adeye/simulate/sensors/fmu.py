@@ -137,10 +137,11 @@ class FmuSensing(Sampling):
         for run, found in fmus.step(asked).items():
             if isinstance(found, Broken):
                 self._fail(run, found, scene.time)
-            told = {w.signal: v for w, v in zip(self._wired[run].outputs, found, strict=True)}
-            if nonsense := self._nonsense(told, self._look.numbers[run]):
+            outputs = zip(self._wired[run].outputs, found, strict=True)
+            answered = {wire.signal: value for wire, value in outputs}
+            if nonsense := self._nonsense(answered, self._look.numbers[run]):
                 self._fail(run, Broken(INVALID_OUTPUT, nonsense), scene.time)
-            self._write(run, told, sample)
+            self._write(run, answered, sample)
         return sample
 
     def _start(self) -> Fmus:
