@@ -12,6 +12,7 @@ from adeye.signals import (
     NO_CHANNEL,
     OBJECT_SPEED,
     PLACE_D,
+    PLACE_OFFSET,
     REASON_HANDOVER,
     REASON_LABELS,
     STATUS_LABELS,
@@ -141,14 +142,18 @@ def _changes_nothing(trace: Trace, begun: Floats, index: int) -> Bools:
     rows = np.arange(trace.time.shape[0])
     own = (rows >= first) & (rows <= last)
     is_idle = has_begun & (last > first)[:, 0]
-    for is_about, column, quantity in (
-        (moved.along, "objects", OBJECT_SPEED),
-        (moved.across, "object_places", PLACE_D),
-    ):
+
+    def keeps(column: str, quantity: int) -> Bools:
         values = trace[column][:, :, moved.object, quantity]
         most = np.where(own, values, -np.inf).max(axis=1)
         least = np.where(own, values, np.inf).min(axis=1)
-        is_idle &= (most - least <= _NO_CHANGE) | (not is_about)
+        return np.asarray(most - least <= _NO_CHANGE)
+
+    if moved.along:
+        is_idle &= keeps("objects", OBJECT_SPEED)
+    if moved.across:
+        # Who keeps to a lane that shifts is carried along.
+        is_idle &= keeps("object_places", PLACE_D) | keeps("object_places", PLACE_OFFSET)
     return is_idle
 
 

@@ -258,8 +258,9 @@ def emit_document(text: str) -> None:
 
 
 def talk(text: str) -> None:
-    """Tell the person something on standard error."""
-    _write(sys.stderr, text)
+    """Tell the person something on standard error; where that is full, the exit code has to do."""
+    with suppress(OSError):
+        _write(sys.stderr, text)
 
 
 before_writing: Final[list[Callable[[], None]]] = []

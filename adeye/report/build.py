@@ -37,9 +37,11 @@ from adeye.store.read.checking import PLAN_RULES, check_campaign
 from adeye.store.read.totals import (
     Total,
     channel_failures,
+    explained,
     gate_code,
     in_gate,
     preventable_by,
+    standing_for,
     totals,
 )
 from adeye.store.records import CampaignInfo, FsrStatus, RunRef, VerdictRecord
@@ -308,12 +310,8 @@ class ReportBuilder:
         for item in self.status:
             key = item.fsr, item.architecture
             if item.scenario and item.is_applicable:
-                worst = self.repository.worst_runs(
-                    self.campaign.id,
-                    item.fsr,
-                    architecture=item.architecture,
-                    scenario=item.scenario,
-                    limit=1,
+                worst = standing_for(
+                    self.repository, self.campaign, item, item.verdict, item.scenario
                 )
                 run, record = worst[0] if worst else (None, None)
                 is_aside = key in aside and item.verdict is Verdict.FAIL
@@ -322,20 +320,22 @@ class ReportBuilder:
                     counts={key: count for key, count in item.counts.items() if count},
                     runs=sum(item.counts.values()),
                     min_exercised=1,
-                    note=aside[key] if is_aside else "",
+                    note=aside[key] if is_aside else explained(record) if record else "",
                     is_set_aside=is_aside,
                     **self._worst(run, record),
                 )
 
     def _total(self, total: Total, models: Sequence[str]) -> Cell:
-        run, record = total.worst or (None, None)
-        none = {} if total.verdict is not None else {"counts": {}, "exercised": 0, "runs": 0}
+        is_asked = total.verdict is not None
+        standing = standing_for(self.repository, self.campaign, total, total.verdict)
+        run, record = standing[0] if is_asked and standing else (None, None)
+        none = {} if is_asked else {"counts": {}, "exercised": 0, "runs": 0}
         decides = total.is_in_gate and total.is_mandatory
         verdict, why = in_gate(self.repository, self.campaign, total, models if decides else ())
         return Cell.of(
             total,
             scenario=None,
-            note=why or total.note,
+            note=why or total.note or (explained(record) if record else ""),
             is_set_aside=total.verdict is Verdict.FAIL and verdict is Verdict.PASS,
             **none,
             **self._worst(run, record),

@@ -192,6 +192,7 @@ class AxisReader:
             chosen = choose_places(offer, spec)
             if not chosen:
                 raise SpecError("no place is chosen", remedy="Name one, or write all.")
+        with placed(where, f"{PLACE}: ", caught=SweepError, raised=SweepError):
             _require_distinct(chosen, chosen)
         left = tuple(place for place in chosen if place not in self.refused)
         if len(left) < len(chosen):

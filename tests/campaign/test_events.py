@@ -161,11 +161,12 @@ def test_event_that_lost_against_another_did_not_begin(trace: Trace) -> None:
     assert event.text == "change_speed is lost: a later event takes its place at the same time"
 
 
+@pytest.mark.parametrize("shift", [0.0, 0.5])
 @pytest.mark.parametrize(
     ("moves", "says"),
     [
         ([], "cut_in begins, and changes nothing"),
-        ([("object_places", 1, 19, -1e-3)], "cut_in begins"),
+        ([("object_places", 1, 19, -1e-3), ("object_places", 5, 19, -1e-3)], "cut_in begins"),
         # What moves before it, or by a later event of the same actor, is not its doing.
         ([("objects", 3, 2, 1.0)], "cut_in begins, and changes nothing"),
         ([("object_places", 1, 2, 1.0)], "cut_in begins, and changes nothing"),
@@ -175,7 +176,7 @@ def test_event_that_lost_against_another_did_not_begin(trace: Trace) -> None:
     ],
 )
 def test_event_that_leaves_its_actor_as_it_was_says_so(
-    trace: Trace, moves: list[tuple[str, int, int, float]], says: str
+    trace: Trace, moves: list[tuple[str, int, int, float]], says: str, shift: float
 ) -> None:
     names = trace.layout.context.event_ids
     actor = trace.layout.moved[names.index("cut_in")].object
@@ -185,6 +186,9 @@ def test_event_that_leaves_its_actor_as_it_was_says_so(
     columns = {name: trace[name][:1].copy() for name in ("objects", "object_places")}
     columns["objects"][..., actor, 3] = 20.0
     columns["object_places"][..., actor, 1] = 5.25
+    columns["object_places"][..., actor, 5] = 0.0
+    # The lane shifts with its actor in it, in the middle.
+    columns["object_places"][:, 10:, actor, 1] += shift
     for name, quantity, row, by in moves:
         columns[name][:, row, actor, quantity] += by
     first, *_ = of_kind(changed(trace, begun=begun, **columns), "storyboard")

@@ -403,6 +403,15 @@ def test_full_disk_is_an_environment_error(folder: Path) -> None:
     assert err.count("\n") == 1
 
 
+def test_full_standard_error_leaves_the_exit_code(folder: Path) -> None:
+    if not Path("/dev/full").exists():
+        pytest.skip("this system has no /dev/full")
+    with Path("/dev/full").open("w") as full:
+        process = start("scenario", "show", "nothing", cwd=folder, stderr=full)
+        process.communicate(timeout=60)
+    assert process.returncode == 2
+
+
 @pytest.mark.slow
 def test_sigterm_ends_with_143(folder: Path) -> None:
     with start("query", "-", cwd=folder, stdin=subprocess.PIPE) as process:

@@ -357,6 +357,42 @@ def _total(
     )
 
 
+def standing_for(
+    repository: Repository,
+    campaign: CampaignInfo,
+    item: FsrStatus | Total,
+    verdict: Verdict | None,
+    scenario: str | None = None,
+) -> tuple[tuple[RunRef, VerdictRecord], ...]:
+    """Return the run that shows why an FSR has its verdict, at most one.
+
+    It is the one with the least margin. Where a verdict is no matter of margins, only a run that
+    has it shows why.
+
+    Args:
+        repository: Where the campaign is.
+        campaign: The campaign.
+        item: Which FSR and architecture.
+        verdict: Over the runs.
+        scenario: Of these runs; None for all.
+    """
+    return repository.worst_runs(
+        campaign.id,
+        item.fsr,
+        architecture=item.architecture,
+        scenario=scenario,
+        verdict=verdict if verdict in _EXPLAINED else None,
+        limit=1,
+    )
+
+
+def explained(record: VerdictRecord) -> str:
+    """Say in words why a run has no verdict; nothing of one that has."""
+    if record.verdict not in _EXPLAINED or not record.detail:
+        return ""
+    return ", ".join(filter(None, (record.signal, record.detail)))
+
+
 def asked_for(verdict: Verdict, never_held: Sequence[NeverHeld]) -> Verdict:
     """Take a PASS for VACUOUS that hangs on implications whose antecedent never held."""
     is_empty = verdict is Verdict.PASS and any(item.decides for item in never_held)
@@ -400,13 +436,10 @@ def _why(repository: Repository, campaign: CampaignInfo, item: Total) -> str:
             told = exercised_of(item.verdict, item.exercised, item.runs, item.min_exercised)
             said.insert(0, f"exercised in {told}")
         return f" ({'; '.join(said)})" if said else ""
-    if item.verdict not in _EXPLAINED:
-        return ""
-    found = repository.worst_runs(
-        campaign.id, item.fsr, architecture=item.architecture, verdict=item.verdict, limit=1
-    )
-    said = [text for _, run in found for text in (run.signal, run.detail) if run.detail and text]
-    return f" ({', '.join(said)})" if said else ""
+    for _, record in standing_for(repository, campaign, item, item.verdict):
+        if reason := explained(record):
+            return f" ({reason})"
+    return ""
 
 
 def _named(unsound: Sequence[Finding]) -> str:

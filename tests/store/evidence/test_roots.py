@@ -13,7 +13,7 @@ import pytest
 from adeye.errors import InputError, IntegrityError
 from adeye.identity import file_digest
 from adeye.judge.verdict import ExitCode, Verdict
-from adeye.store.evidence import roots
+from adeye.store.evidence import roots, vouched
 from adeye.store.read.totals import gate_code
 from adeye.store.repository import Repository
 from tests.refusals import refused
@@ -263,7 +263,7 @@ def test_altered_evidence_of_a_complete_campaign_is_refused(store: Store) -> Non
     root = known(store.repository.evidence.record_root(campaign))
     assert store.repository.evidence.record_root(campaign) == root
     with pytest.raises(IntegrityError, match="has root"):
-        store.repository.evidence.require_root(roots.Root(campaign, 8, "f" * 64))
+        store.repository.evidence.require_root(vouched.Root(campaign, 8, "f" * 64))
     store.raw.execute("DROP TRIGGER verdict_no_update")
     store.raw.execute("UPDATE verdict SET margin = 7 WHERE run_number = 3")
     assert "campaign_root" in {item.table for item in store.repository.verify()}

@@ -16,7 +16,15 @@ from adeye.judge.stl.batch import HELD, NEEDED, SPARE
 from adeye.judge.verdict import ExitCode, Outcome, Verdict
 from adeye.spec.concept import Waiver
 from adeye.spec.load import shipped
-from adeye.store.read.totals import Total, gate_code, preventable_by, totals, without_unpreventable
+from adeye.store.read.totals import (
+    Total,
+    explained,
+    gate_code,
+    preventable_by,
+    standing_for,
+    totals,
+    without_unpreventable,
+)
 from adeye.store.records import ContentRecord, EventRecord
 from adeye.store.repository import Repository
 from tests.store.conftest import Store
@@ -255,6 +263,21 @@ def test_run_without_a_verdict_says_why(store: Store, detail: str | None) -> Non
     worst = partial(store.repository.worst_runs, campaign, "FSR1", architecture="new")
     assert worst() == ()
     assert len(worst(verdict=Verdict.ERROR, limit=1)) == 1
+
+
+def test_run_that_stands_for_a_verdict_without_a_margin_has_that_verdict(store: Store) -> None:
+    store.example.verdict_of = lambda case, fsr: (
+        Verdict.ERROR if fsr == "FSR1" and case.ordinal == 2 else Verdict.PASS
+    )
+    store.example.detail_of = lambda _case: "sensor lost"
+    campaign = store.repository.find_campaign(store.campaign())
+    found = [item for item in totals(store.repository, campaign) if item.fsr == "FSR1"]
+    assert {item.verdict for item in found} == {Verdict.ERROR, Verdict.PASS}
+    for item in found:
+        ((_, record),) = standing_for(store.repository, campaign, item, item.verdict)
+        assert record.verdict is item.verdict
+        told = "gap, sensor lost" if item.verdict is Verdict.ERROR else ""
+        assert explained(record) == told
 
 
 def test_results_count_once_and_runs_as_they_are(store: Store) -> None:
