@@ -162,3 +162,16 @@ def test_show_names_the_places_of_a_scenario_and_counts_the_others(adeye: Any) -
     out = adeye("scenario", "show", "works_queue").ok.out
     assert "Places: 7 of 7, 0 refused" in out
     assert all(key in out for key in keys)
+
+
+def test_a_place_that_is_listed_twice_is_told_with_its_line(adeye: Any, folder: Path) -> None:
+    assert adeye("init", "--example", "ramp").ok
+    path = folder / "odd" / "ramp.yaml"
+    text = path.read_text("utf-8")
+    begin = text.index("place: [") + len("place: [")
+    first = text[begin : text.index(",", begin)]
+    path.write_text(f"{text[:begin]}{first}, {text[begin:]}", "utf-8")
+    line = text[:begin].count("\n") + 1
+    said = adeye("plan", "odd/ramp.yaml").refused
+    assert f"odd/ramp.yaml:{line}:" in said
+    assert f"place: a value occurs twice, as '{first}'" in said
