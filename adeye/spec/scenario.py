@@ -10,7 +10,7 @@ import math
 import re
 from collections.abc import Iterator, Mapping
 from difflib import get_close_matches
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Final, Literal
 
 from pydantic import AfterValidator, ConfigDict, Field, StringConstraints, model_validator
 
@@ -459,6 +459,11 @@ class Cross(q.Record):
     speed: q.SpeedFormula
 
 
+_ALONG: Final = frozenset({"speed", "stop", "cross"})
+_ACROSS: Final = frozenset({"lane_change", "cross"})
+"""Actions about how fast an actor goes along the road, and about where it is across it."""
+
+
 class Event(q.GrownRecord):
     """When a condition first holds, an actor begins one action."""
 
@@ -492,20 +497,19 @@ class Event(q.GrownRecord):
     @property
     def is_along(self) -> bool:
         """Whether it is about how fast its actor goes along the road."""
-        return self.lane_change is None
+        return any(getattr(self, name) is not None for name in _ALONG)
 
     @property
     def is_across(self) -> bool:
         """Whether it is about where its actor is across the road."""
-        return self.lane_change is not None or self.cross is not None
+        return any(getattr(self, name) is not None for name in _ACROSS)
 
 
 def _domain(event: Any) -> tuple[object, frozenset[str]]:
     """Say whom an event as written moves, and whether along the road, across it or both."""
     if not isinstance(event, Mapping):
         return None, frozenset()
-    along = {"speed", "stop", "cross"} & event.keys()
-    across = {"lane_change", "cross"} & event.keys()
+    along, across = _ALONG & event.keys(), _ACROSS & event.keys()
     return event.get("actor"), frozenset(
         (["along"] if along else []) + (["across"] if across else [])
     )

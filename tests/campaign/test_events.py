@@ -167,6 +167,8 @@ def test_event_that_lost_against_another_did_not_begin(trace: Trace) -> None:
     [
         ([], "cut_in begins, and changes nothing"),
         ([("object_places", 1, 19, -1e-3), ("object_places", 5, 19, -1e-3)], "cut_in begins"),
+        # A later event about its speed does not end it.
+        ([("object_places", 1, 25, -1e-3), ("object_places", 5, 25, -1e-3)], "cut_in begins"),
         # What moves before it, or by a later event of the same actor, is not its doing.
         ([("objects", 3, 2, 1.0)], "cut_in begins, and changes nothing"),
         ([("object_places", 1, 2, 1.0)], "cut_in begins, and changes nothing"),
