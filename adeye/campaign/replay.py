@@ -375,8 +375,9 @@ def replay_run(
     db: str | Path | None,
     run: str,
     dump: Dump | None = None,
-    look: Callable[[Execution], None] | None = None,
+    look: Callable[[Trace], None] | None = None,
     album: Album | None = None,
+    hand_out: Callable[[Execution], None] | None = None,
 ) -> Replayed:
     """Execute a stored run again and compare trace digests.
 
@@ -388,8 +389,9 @@ def replay_run(
         run: Beginning of its result digest.
         dump: Channel, or None for the default of the switch, and the file that gets what it is
             shown, a line for each observation.
-        look: Is shown the execution of the run.
+        look: Is shown the trace of the run.
         album: Gets the images that physical cameras take.
+        hand_out: Is shown its whole execution, after that.
     """
     with Repository.open(db, create=False) as repository:
         ref = repository.find_run(run)
@@ -400,7 +402,9 @@ def replay_run(
             (once_more,) = rerun(repository, ref).trace.digests()
             cause = CHANGED if once_more == trace_digest else UNSTEADY
     if look is not None:
-        look(done)
+        look(done.trace)
+    if hand_out is not None:
+        hand_out(done)
     row = done.stored.row
     now = identity(str(row["backend"]), _known_variant(row))
     note = ""

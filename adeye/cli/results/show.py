@@ -33,8 +33,8 @@ from adeye.units import Dimension, parse_quantity
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
-    from adeye.campaign.replay import Dump, Execution, Replayed
-    from adeye.trace import Album
+    from adeye.campaign.replay import Dump, Replayed
+    from adeye.trace import Album, Trace
 
 _SECTIONS: Final = ("parameters", "swept_paths", "metrics", "verdicts", "events")
 _COMMAND: Final = "command"
@@ -206,24 +206,18 @@ def replay(
     from adeye.campaign.replay import replay_run
 
     called = run_called(db, run, worst, last_failed=last_failed)
-    looks = []
-    if grid is not None:
-        looks.append(_grid_saver(grid, cells, channel, dump))
+    look = None if grid is None else _grid_saver(grid, cells, channel, dump)
     shown = _shown(channel, dump, cells, is_grid=grid is not None, is_bag=rosbag is not None)
     handed = {"mcap": mcap, "osi": osi, "commonroad": commonroad, "rosbag": rosbag}
-
-    def look(done: Execution) -> None:
-        for item in looks:
-            item(done)
-
     album: Album | None = None
+    hand_out = None
     with _opened(shown) as taken:
         if any(path is not None for path in handed.values()):
             from adeye.reporting import handing_out
 
             album = {} if mcap is not None else None
-            looks.append(handing_out(**handed, shown=taken, album=album))
-        again = replay_run(db, called, shown, look if looks else None, album)
+            hand_out = handing_out(**handed, shown=taken, album=album)
+        again = replay_run(db, called, shown, look, album, hand_out)
     emit_found("replay", again, _print, json=json)
     written = None
     if html is not None:
@@ -276,7 +270,7 @@ def _opened(shown: Dump | None) -> Iterator[BinaryIO | None]:
 
 def _grid_saver(
     time: str, cells: str | None, channel: str | None, dump: Path | None
-) -> Callable[[Execution], None]:
+) -> Callable[[Trace], None]:
     """Give what saves the grid map of a trace; everything that was given is checked before."""
     from adeye.judge.grid import TRUTH, grid_map
     from adeye.spec.grid import ADEYE_COSTS, GridSettings
@@ -292,8 +286,8 @@ def _grid_saver(
     else:
         settings = load_grid(cells).spec
 
-    def save(done: Execution) -> None:
-        found = grid_map(done.trace, 0, at, settings, view=channel or TRUTH)
+    def save(trace: Trace) -> None:
+        found = grid_map(trace, 0, at, settings, view=channel or TRUTH)
         write_atomically(found.archive(), dump)
 
     return save

@@ -80,9 +80,11 @@ def results(monkeypatch: pytest.MonkeyPatch) -> Mock:
     """Put a stand-in behind the verbs; who looks at a replay sees a trace made by hand."""
 
     def replay_run(*asked: Any) -> Replayed:
-        look = asked[3]
+        look, hand_out = asked[3], asked[5]
         if look is not None:
-            look(Mock(trace=HandMade().trace()))
+            look(HandMade().trace())
+        if hand_out is not None:
+            hand_out(Mock(trace=HandMade().trace()))
         return fake.replayed  # type: ignore[no-any-return]
 
     fake = Mock(replayed=REPLAYED)
@@ -158,7 +160,7 @@ def test_replay_page_is_written_also_if_it_differs(adeye: Any, results: Mock) ->
 def test_replay_saves_what_a_channel_was_shown(adeye: Any, results: Mock) -> None:
     ended = adeye("replay", "abab", "--channel", "nominal", "--dump", "s.jsonl").ok
     asked = ("nominal", Path("s.jsonl"))
-    assert results.mock_calls == [call.replay_run(None, "abab", asked, None, None)]
+    assert results.mock_calls == [call.replay_run(None, "abab", asked, None, None, None)]
     assert "wrote s.jsonl" in ended.err
 
 
@@ -171,7 +173,7 @@ def test_channel_and_dump_belong_together(adeye: Any, results: Mock) -> None:
 def test_grid_map_is_saved(adeye: Any, results: Mock, tmp_path: Path) -> None:
     path = tmp_path / "grid.npz"
     ended = adeye("replay", "abab", "--grid", "0.5 s", "--dump", str(path)).ok
-    assert results.mock_calls == [call.replay_run(None, "abab", None, ANY, None)]
+    assert results.mock_calls == [call.replay_run(None, "abab", None, ANY, None, None)]
     assert f"wrote {path}" in ended.err
     saved = np.load(path)
     assert (float(saved["time"]), str(saved["view"])) == (0.5, "truth")
