@@ -116,12 +116,15 @@ class ChannelPair:
         shared: What they share, by kind.
         unstated: Parts of either of which the concept states no resource, so that nothing is known
             about what they share with others.
+        unread: Those of the two that have code of their own. Which file, package or program that is
+            is compared; what it imports and reads, also of this package, is not.
     """
 
     first: str
     second: str
     shared: tuple[Shared, ...]
     unstated: tuple[str, ...]
+    unread: tuple[str, ...]
 
     def count(self, kind: Kind) -> int:
         """Number of shared things of a kind."""
@@ -187,7 +190,8 @@ def _pair(
     parts = dict.fromkeys((*one.parts, *other.parts))
     unstated = tuple(part for part in parts if not stated.get(_element(architecture, part) or ""))
     ordered = sorted(shared, key=lambda item: order.index(item.kind))
-    return ChannelPair(first, second, tuple(ordered), unstated)
+    unread = tuple(name for name in (first, second) if any(_own_code(architecture.channels[name])))
+    return ChannelPair(first, second, tuple(ordered), unstated, unread)
 
 
 @dataclass(frozen=True, slots=True)

@@ -488,12 +488,18 @@ def _print_dependencies(found: Dependencies) -> None:
             out.emit(
                 f"No resources are stated for {out.listed(pair.unstated)}: they may share more."
             )
+        if pair.unread:
+            out.emit(
+                f"What the own code of {out.listed(pair.unread)} imports and reads "
+                "is not compared: they may share more."
+            )
 
 
 def _in_words(pair: ChannelPair) -> str:
     from adeye.analysis.dependence import WORDS
 
-    absent = [WORDS[kind] for kind in _ABSENT if not pair.count(kind)]
+    kinds = [kind for kind in _ABSENT if kind != "code" or not pair.unread]
+    absent = [WORDS[kind] for kind in kinds if not pair.count(kind)]
     return f"{len(pair.shared)} things" + (f"; no {', no '.join(absent)}" if absent else "")
 
 

@@ -17,6 +17,7 @@ elements are independent is checked in the database, where the relations of elem
 from __future__ import annotations
 
 import re
+import unicodedata
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, Final, Literal, Self
@@ -140,6 +141,7 @@ def spelled_twice(elements: Iterable[Element]) -> Iterator[Problem]:
         Place below the concept, and what is wrong.
     """
     known: dict[tuple[str, str], str] = {}
+    kinds: dict[str, str] = {}
     for number, element in enumerate(elements):
         # A resource may be an element.
         named: list[tuple[str, Loc, str]] = [
@@ -149,11 +151,23 @@ def spelled_twice(elements: Iterable[Element]) -> Iterator[Problem]:
         for kind, key in (("resource", "resources"), ("software", "software")):
             named += [(kind, (key, at), name) for at, name in enumerate(getattr(element, key))]
         for kind, place, name in named:
-            plain = re.sub(r"[\s_-]+", "", name).casefold()
+            plain = _plain(name)
             first = known.setdefault((kind, plain), name) if plain else name
             if first != name:
                 what = f"{shown(name)} is spelled {shown(first)} elsewhere"
                 yield ("elements", number, *place), f"{what}. Spell one thing in one way"
+            other = kinds.setdefault(plain, kind) if plain and kind != "supplier" else kind
+            if other != kind:
+                there = {"resource": "a resource or an element", "software": "software"}[other]
+                what = f"{shown(name)} is {there} elsewhere"
+                yield ("elements", number, *place), f"{what}. Name one thing under one key"
+
+
+def _plain(name: str) -> str:
+    """Return what a name is without its spelling: marks that nobody sees, case, spaces, hyphens."""
+    seen = "".join(item for item in name if unicodedata.category(item) != "Cf")
+    folded = unicodedata.normalize("NFKC", unicodedata.normalize("NFKC", seen).casefold())
+    return re.sub(r"[\s_-]+", "", folded)
 
 
 # --- Decomposition of requirements over independent elements, and what argues for independence ----

@@ -209,6 +209,13 @@ def test_code_from_outside_is_shared_if_it_is_one_file_or_package() -> None:
         assert named(only(made), "code") == code
 
 
+def test_who_has_own_code_may_share_more_than_is_seen() -> None:
+    for other in (plugin("radar"), process("radar")):
+        assert only(architecture(a=nominal("camera"), b=other)).unread == ("b",)
+    assert only(architecture(a=plugin("camera"), b=process("radar"))).unread == ("a", "b")
+    assert only(architecture(a=safety("camera"), b=nominal("radar"))).unread == ()
+
+
 def test_policies_of_one_file_share_it_and_what_tracks_for_them() -> None:
     policy = {"kind": "policy", "parameters": {"policy": "./net.py:drive"}}
     made = architecture(a={**policy, "links": ["camera"]}, b={**policy, "links": ["radar"]})

@@ -10,7 +10,9 @@ from typing import Any
 import pytest
 import yaml
 
+from adeye.analysis import dependence
 from adeye.campaign.plan import SignalRow, make_plan
+from adeye.cli import plan
 from adeye.cli.new import project_files, write_files
 from adeye.cli.plan import _fault_entries
 from adeye.spec.load import shipped
@@ -267,6 +269,20 @@ def test_json_holds_every_pair_with_its_targets(adeye: Any) -> None:
     assert (pair["first"], pair["second"], pair["unstated"]) == ("safety", "nominal", [])
     shared = {item["what"]: item for item in pair["shared"]}
     assert shared["nominal → safety"]["targets"] == ["links.safety.channels.nominal"]
+
+
+def test_nothing_is_said_of_code_that_nobody_looked_into(
+    adeye: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    told = []
+    for unread in ((), ("second",)):
+        pair = dependence.ChannelPair("first", "second", (), (), unread)
+        found = [dependence.Dependencies("plugged", "", (pair,))]
+        monkeypatch.setattr(plan, "dependencies_of", lambda _, found=found: found)
+        told.append(adeye("dependencies", ODD).ok.out)
+    assert "no code" in told[0]
+    assert "no code" not in told[1]
+    assert "the own code of second imports and reads is not compared" in told[1]
 
 
 @pytest.mark.slow

@@ -36,6 +36,7 @@ from adeye.spec.concept import (
 from adeye.spec.document import load_document, validate
 from adeye.spec.load import _check_asil, _load
 from adeye.spec.quantity import SI
+from adeye.units import shown
 from tests.refusals import refused
 from tests.stored import known, stored
 
@@ -252,19 +253,37 @@ def test_what_nobody_provides_is_named_with_what_is_provided() -> None:
 
 
 def test_one_thing_in_two_spellings_is_no_two_things() -> None:
-    one = element("camera", supplier="Alpha", resources=("power_a",), software=("tracker", "C++"))
+    made_of, parted = ("power_a", "Gr\u00f6\u00dfe"), "Gro\u0308\u00dfe"
+    one = element("camera", supplier="Alpha", resources=made_of, software=("tracker", "C++"))
     for other, place, name, first in (
         ({"resources": ("p", "Power_A")}, ("resources", 1), "Power_A", "power_a"),
         ({"resources": ("power a",)}, ("resources", 0), "power a", "power_a"),
         ({"resources": ("Camera",)}, ("resources", 0), "Camera", "camera"),
         ({"supplier": "ALPHA"}, ("supplier",), "ALPHA", "Alpha"),
         ({"software": ("Tracker",)}, ("software", 0), "Tracker", "tracker"),
+        # Composed and decomposed, with a mark of no width, and wider than usual.
+        ({"resources": (parted,)}, ("resources", 0), parted, "Gr\u00f6\u00dfe"),
+        ({"supplier": "Al\u200bpha"}, ("supplier",), "Al\u200bpha", "Alpha"),
+        ({"software": ("\uff23++",)}, ("software", 0), "\uff23++", "C++"),
     ):
-        told = f"{name!r} is spelled {first!r} elsewhere. Spell one thing in one way"
+        told = f"{shown(name)} is spelled {shown(first)} elsewhere. Spell one thing in one way"
         made = element("radar", **other)
         assert list(spelled_twice([one, made])) == [(("elements", 1, *place), told)]
     apart = element("radar", supplier="camera", resources=("power_b",), software=("C", "alpha"))
     assert not list(spelled_twice([one, one, apart]))
+
+
+def test_one_thing_is_not_a_resource_here_and_software_there() -> None:
+    one = element("camera", resources=("os",), software=("tracker",))
+    for other, place, there in (
+        ({"software": ("OS",)}, ("software", 0), "a resource or an element"),
+        ({"software": ("camera",)}, ("software", 0), "a resource or an element"),
+        ({"resources": ("p", "tracker")}, ("resources", 1), "software"),
+    ):
+        found = dict(spelled_twice([one, element("radar", **other)]))
+        assert found[("elements", 1, *place)].endswith(
+            f"is {there} elsewhere. Name one thing under one key"
+        )
 
 
 def test_keys_that_came_later_are_no_part_of_an_element_without_them() -> None:

@@ -47,7 +47,14 @@ def violations(store: Store) -> tuple[Violation, ...]:
         (LATE, None, 1.0, "2.0 s", "1.0 s"),
         (NESTED, 1.0, None, "2.0 s", "1.0 s"),
         (EITHER, 1.0, None, "unbounded time", "1.0 s"),
+        # The same in other words.
+        ("always(contact implies not always[0 s, 2 s](gap <= 1))", 1.0, None, "2.0 s", "1.0 s"),
+        ("always(not contact or eventually[0 s, 2 s](gap > 1))", 1.0, None, "2.0 s", "1.0 s"),
+        ("always(eventually[0 s, 2 s](gap > 1) or not contact)", 1.0, None, "2.0 s", "1.0 s"),
+        ("always(contact implies always[2 s, 3 s](gap > 1))", 1.0, None, "2.0 s", "1.0 s"),
         # Within the budget, or nothing that asks for a response.
+        ("always(contact implies not eventually[0 s, 2 s](gap <= 1))", 1.0, None, "", ""),
+        ("always(contact or eventually[0 s, 2 s](gap > 1))", 1.0, None, "", ""),
         (LATE, 1.0, 1.0, "", ""),
         (LATE, None, None, "", ""),
         ("eventually[0 s, 9 s](gap > 1)", 1.0, None, "", ""),

@@ -392,27 +392,38 @@ def needed_time(node: Node, horizon_s: float) -> float:
     return max((needed_time(child, horizon_s) for child in children(node)), default=0.0)
 
 
-def response_time(node: Node, *, is_due: bool = False) -> float | None:
+def response_time(node: Node, *, is_due: bool = False, is_negated: bool = False) -> float | None:
     """Give the longest time that a formula leaves for what an implication asks for [s].
 
     Args:
         node: The formula's root.
         is_due: Whether an implication asks for it.
+        is_negated: Whether it asks for the opposite.
 
     Returns:
         Infinity for ``eventually`` or ``until`` without a window; None where nothing is asked for
-        in response to anything.
+        in response to anything. ``not p or q`` is ``p implies q``, ``not always not`` is
+        ``eventually``, and what is to hold ``always[2 s, 3 s]`` may come in 2 s.
     """
-    if isinstance(node, Connective) and node.operator == "implies":
-        parts = [response_time(node.left, is_due=is_due), response_time(node.right, is_due=True)]
-    else:
-        parts = [response_time(child, is_due=is_due) for child in children(node)]
+    sides = [(child, is_due) for child in children(node)]
+    if isinstance(node, Connective):
+        is_either = node.operator == "or"
+        is_answer = node.operator == "implies" or (is_either and isinstance(node.left, Not))
+        sides = [
+            (node.left, is_due or (is_either and isinstance(node.right, Not))),
+            (node.right, is_due or is_answer),
+        ]
+    turned = is_negated != isinstance(node, Not)
+    parts = [response_time(part, is_due=due, is_negated=turned) for part, due in sides]
     found = max((part for part in parts if part is not None), default=None)
-    is_eventually = isinstance(node, Temporal) and node.operator == "eventually"
-    if not (is_due and (is_eventually or isinstance(node, Until))):
-        return found
     window = window_of(node)
-    return (math.inf if window is None else window.last_s) + (found or 0.0)
+    if is_due and isinstance(node, Temporal | Until):
+        late = "always" if is_negated else "eventually"
+        if isinstance(node, Until) or node.operator == late:
+            return (math.inf if window is None else window.last_s) + (found or 0.0)
+        if window is not None and window.first_s > 0.0:
+            return window.first_s + (found or 0.0)
+    return found
 
 
 def window_rows(window: Window, step_s: float, row_slack: float = ROW_SLACK) -> tuple[int, int]:
