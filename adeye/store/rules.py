@@ -77,6 +77,14 @@ IDLE_EVENT: Final = Rule(
     needs_evidence=True,
 )
 
+NOT_CERTIFIED: Final = Rule(
+    "not_certified",
+    "Runs that were executed again to certify the campaign came out otherwise.",
+    "See adeye certify: mend what they depend on, run again, and certify that.",
+    has_view=False,
+    needs_evidence=True,
+)
+
 CAMPAIGN_RULES: Final = (
     *_viewed(
         "fsr_without_scenario",
@@ -95,6 +103,7 @@ CAMPAIGN_RULES: Final = (
     ),
     UNBEGUN_EVENT,
     IDLE_EVENT,
+    NOT_CERTIFIED,
 )
 """Rules about what is planned and what the runs gave."""
 

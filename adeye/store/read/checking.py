@@ -24,6 +24,7 @@ from adeye.store.rules import (
     IDLE,
     IDLE_EVENT,
     IDLE_FAULT,
+    NOT_CERTIFIED,
     RULES,
     UNBEGUN_EVENT,
     Rule,
@@ -183,6 +184,8 @@ def check_campaign(
                 )
                 for scenario, event in idle_events(connection, campaign.id)
             )
+        if NOT_CERTIFIED in rules and (said := uncertified(connection, campaign.id)):
+            found += (Violation(NOT_CERTIFIED.name, "odd", campaign.odd, said),)
         return CampaignViolations(campaign, plain_digests(connection, campaign.id), found)
 
 
@@ -319,6 +322,24 @@ def idle_events(connection: Connection, campaign: str) -> tuple[tuple[str, str],
         for end in (IDLE, BEGINS)
     )
     return tuple(sorted(idle - real))
+
+
+def uncertified(connection: Connection, campaign: str) -> str:
+    """Say what the newest certificate of a campaign has against it; empty for nothing.
+
+    Args:
+        connection: To the database.
+        campaign: Id of the campaign.
+    """
+    query = (
+        "SELECT at, sampled, findings FROM certificate WHERE campaign_id = ? "
+        "ORDER BY number DESC LIMIT 1"
+    )
+    row = connection.exec_driver_sql(query, (campaign,)).first()
+    differ = 0 if row is None else len(json.loads(row.findings))
+    if row is None or not differ:
+        return ""
+    return f"{differ} of {row.sampled} runs that adeye certify executed again on {row.at} differ"
 
 
 def _odd_content(connection: Connection, campaign: str) -> dict[str, Any]:

@@ -480,7 +480,7 @@ def _accounted(repository: Repository, campaign: CampaignInfo) -> tuple[int, int
 
 
 def _altered(repository: Repository, campaign: CampaignInfo, *, has_old: bool) -> str:
-    """Say what of a campaign is not as it was written; empty for nothing."""
+    """Say what of a campaign is not as it was written, or not as it comes out again; else ""."""
     unsound = repository.unsound(campaign.id)
     if unsound:
         return _named(unsound)
@@ -489,7 +489,7 @@ def _altered(repository: Repository, campaign: CampaignInfo, *, has_old: bool) -
             repository.require_sound(campaign.id)
     except IntegrityError as error:
         return str(error)
-    return ""
+    return repository.uncertified(campaign.id)
 
 
 def gate_code(

@@ -30,9 +30,10 @@ from adeye.campaign.studies.certify import (
 )
 from adeye.campaign.work import BatchResult, BatchTask, execute
 from adeye.errors import InputError, IntegrityError, PlatformError, UsageError
-from adeye.judge.verdict import Verdict
+from adeye.judge.verdict import ExitCode, Verdict
 from adeye.store.block import RunBlock
 from adeye.store.evidence.roots import Executed
+from adeye.store.read.totals import gate_code
 from adeye.store.records import RunRef
 from adeye.store.repository import Repository
 from adeye.trace import LINK_TICKS
@@ -117,6 +118,14 @@ def test_channel_that_is_not_deterministic_is_found_and_named(
     assert set(finding.conditions) <= {item.name for item in (*FEW, CONDITIONS[3])}
     with Repository.open(project.db) as repository:
         (stored,) = repository.hindsight.certificates.of(found.campaign)
+        code, message = gate_code(repository, repository.find_campaign(found.campaign))
+        assert code is ExitCode.INTEGRITY
+        assert message.startswith("1 of 1 runs that adeye certify executed again on ")
+        # A newer certificate that names none takes it back.
+        repository.hindsight.certificates.save(replace(stored, findings=[]))
+        code, message = gate_code(repository, repository.find_campaign(found.campaign))
+        assert code is not ExitCode.INTEGRITY
+        assert "certify" not in message
     assert [item["run"] for item in stored.findings] == [finding.run]
 
 

@@ -11,15 +11,19 @@ import pytest
 from adeye.errors import IntegrityError
 from adeye.judge.timeline import Timeline
 from adeye.judge.verdict import ExitCode
+from adeye.store.evidence.roots import CertificateRecord
 from adeye.store.read.bulk import executed_runs
+from adeye.store.read.checking import EVIDENCE_RULES, check_campaign
 from adeye.store.read.totals import gate_code
 from adeye.store.records import BlockCase
 from adeye.store.repository import Repository
+from adeye.store.rules import NOT_CERTIFIED
 from adeye.store.write import studies as benchmarks
 from adeye.store.write import studies as hindsight
 from tests.project import Executed
 from tests.store.conftest import Store
 from tests.store.rows import run_block
+from tests.stored import known as sure
 
 
 @pytest.fixture
@@ -237,6 +241,33 @@ def test_sample_with_a_withdrawn_twin_tells_no_uncertainty(store: Store) -> None
     assert "1 result is withdrawn" in why
     other = store.campaign(8)
     assert store.repository.evidence.withdrawals(other) == ()
+
+
+def test_campaign_whose_runs_came_out_otherwise_is_not_green_until_they_do_not(
+    store: Store,
+) -> None:
+    info = store.repository.find_campaign(store.campaign(4))
+    sound = gate_code(store.repository, info)
+    certificates = store.repository.hindsight.certificates
+    record = CertificateRecord(info.id, "1", "portable", 4, 3, 3, 0, [], [{"run": "a"}])
+
+    def found() -> list[str]:
+        given = sure(check_campaign(store.repository.location, rules=EVIDENCE_RULES)).violations
+        return [item.detail for item in given if item.rule == NOT_CERTIFIED.name]
+
+    for findings, differ in (
+        ([], ""),
+        ([{"run": "a"}], "1 of 3 runs that adeye certify"),
+        ([], ""),
+    ):
+        certificates.save(replace(record, findings=findings))
+        code, why = gate_code(store.repository, info)
+        if differ:
+            assert code is ExitCode.INTEGRITY
+            assert found() == [why]
+            assert why.startswith(differ)
+        else:
+            assert (code, why, found()) == (*sound, [])
 
 
 # --- twins with half the step and what they told: kept once, refused when they contradict
