@@ -194,6 +194,9 @@ def _problem(document: Located, item: Any, model: type[BaseModel]) -> InputError
         )
     if kind in {"union_tag_invalid", "union_tag_not_found"}:
         return _tag(document, loc, name, item["ctx"])
+    if kind in _LIMITS and isinstance(written := _at(document.value, loc), str):
+        # A quantity is compared in SI; it is told as it is written.
+        item = {**item, "input": written}
     remedy = ""
     if kind in {"literal_error", "enum"} and isinstance(item["input"], str):
         remedy = _near(item["input"], item["ctx"]["expected"])
@@ -251,7 +254,7 @@ def _said(item: Mapping[str, Any]) -> str:
     if (
         item["type"] == "misplaced"
         or isinstance(value, Mapping | list | tuple)
-        or repr(value) in message
+        or re.search(rf"(?<![\w.]){re.escape(repr(value))}(?![\w.]*\w)", message)
     ):
         return message
     return f"{message.rstrip('.')} ({shown(value)})"
@@ -308,6 +311,15 @@ def _real(value: Any, loc: Loc, *, beyond: bool) -> Loc:
         elif beyond and number == len(loc) - 1:
             real.append(part)
     return tuple(real)
+
+
+def _at(value: Any, loc: Loc) -> Any:
+    """Return what stands at a place of a document; None if nothing does."""
+    for part in loc:
+        if not has_part(value, part):
+            return None
+        value = value[part]
+    return value
 
 
 def has_part(value: Any, part: str | int) -> bool:

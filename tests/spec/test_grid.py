@@ -36,6 +36,11 @@ def test_window_without_sense_is_refused() -> None:
         refused(ValidationError, GridSettings.model_validate, content, says=what)
 
 
+def test_limit_and_value_are_told_as_the_value_is_written(tmp_path: Path) -> None:
+    (path := tmp_path / "cells.yaml").write_text("cell: 0 m\n")
+    refused(SpecError, load_grid, path, says="1:7: cell: must be at least 0.05 m ('0 m').")
+
+
 @pytest.mark.parametrize(
     ("change", "what"),
     [
