@@ -4,10 +4,11 @@
 that is taken unless somebody says otherwise (``reference``) and in the ``fast`` one, counted as
 ``rails.py`` does: once with all runs at one place, once with a place for each, whose lines and
 lanes do not stay in the cache, of the shipped map of a motorway with ramps and of one of at least
-1,000 lanes. *Simulation* is a step of a run of the whole closed loop, what prepares it included: an
-ego behind a lead that brakes, every run at its own place of the shipped map. How many lanes a map
-has is nothing to a run, for the road of a place is content. CPU time of one thread, rounds
-interleaved, as many runs on all roads; the ratio is what counts.
+1,000 lanes. *Traffic* is the same step with all that belongs to it: everything is moved, found on
+the road and looked at for contacts. *Simulation* is a step of a run of the whole closed loop, what
+prepares it included: an ego behind a lead that brakes, every run at its own place of the shipped
+map. How many lanes a map has is nothing to a run, for the road of a place is content. CPU time of
+one thread, rounds interleaved, as many runs on all roads; the ratio is what counts.
 
     python benchmarks/imported.py            the whole measurement
     python benchmarks/imported.py --smoke    one short round, to see that it works
@@ -23,6 +24,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from closed_loop import LANES, Size, reactive_case, scenario, test_cases
 from rails import cost_of, on_road
 from support.command import drive, ratios, spread
@@ -32,6 +34,7 @@ from adeye.kernel.strips import STRIP_LANE
 from adeye.maps.carriageway import Lanes
 from adeye.maps.places import Asked, places_of
 from adeye.simulate import engine
+from adeye.simulate.traffic.batch import BatchTraffic
 from adeye.spec.places import PlaceRoad, read_map
 from adeye.spec.scenario import Road
 
@@ -65,6 +68,17 @@ def loop_cost(cases: Sequence[TestCase]) -> float:
     return (time.process_time() - start) / float(done.length.sum())
 
 
+def traffic_cost(cases: Sequence[TestCase], size: Size) -> float:
+    """CPU seconds for a vehicle step of the whole traffic."""
+    traffic = BatchTraffic("reference")
+    traffic.reset(cases)
+    steps, command = round(size.seconds / cases[0].step), np.zeros((size.runs, 2))
+    start = time.process_time()
+    for _ in range(steps):
+        traffic.step(command)
+    return (time.process_time() - start) / (steps * size.runs * size.vehicles)
+
+
 def measure(rounds: int, smoke: bool) -> list[dict[str, Any]]:  # noqa: FBT001 - as drive calls it
     """Measure everything once a round."""
     places = roads(MAP)
@@ -88,6 +102,10 @@ def measure(rounds: int, smoke: bool) -> list[dict[str, Any]]:  # noqa: FBT001 -
                 on_road(case, many[k * len(many) // size.runs]) for k in range(size.runs)
             ]
             laid_on = {what: cost_of(cases, size, "rails") for what, cases in spots.items()}
+            straight_on = traffic_cost([case] * size.runs, size)
+            for what, cases in spots.items():
+                took = traffic_cost(cases, size)
+                pairs[f"traffic, {vehicles} vehicles, {what}"] = (took, straight_on)
             for kind in ("reference", "fast"):
                 other = cost_of([case] * size.runs, size, kind)
                 for what, mine in laid_on.items():
