@@ -79,8 +79,9 @@ IDLE_EVENT: Final = Rule(
 
 NOT_CERTIFIED: Final = Rule(
     "not_certified",
-    "Runs that were executed again to certify the campaign came out otherwise.",
-    "See adeye certify: mend what they depend on, run again, and certify that.",
+    "Results came out otherwise when their runs were executed again for a certificate.",
+    "Mend what they depend on and run again; or certify again no fewer runs of that campaign, "
+    "if it was the machine; or withdraw them.",
     has_view=False,
     needs_evidence=True,
 )

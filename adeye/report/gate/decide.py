@@ -377,6 +377,8 @@ def judge_campaign(
     if len(altered) > MAX_ALTERED:
         more = f"{counted(len(altered) - MAX_ALTERED)} more; adeye db verify names all"
         own.append(Finding(Kind.INTEGRITY, more))
+    if told := repository.uncertified(campaign.id):
+        own.append(Finding(Kind.INTEGRITY, told))
     code, message = totals.gate_code(repository, campaign)
     try:
         snapshot = _snapshot(repository, campaign, code)

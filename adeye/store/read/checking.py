@@ -325,21 +325,45 @@ def idle_events(connection: Connection, campaign: str) -> tuple[tuple[str, str],
 
 
 def uncertified(connection: Connection, campaign: str) -> str:
-    """Say what the newest certificate of a campaign has against it; empty for nothing.
+    """Name the results of a campaign that came out otherwise for a certificate; empty for none.
+
+    A certificate of any campaign that has the result tells of it, until a later one of the same
+    campaign, with a sample no smaller, does not: that begins with the same runs. What is withdrawn
+    is no result.
 
     Args:
         connection: To the database.
         campaign: Id of the campaign.
     """
-    query = (
-        "SELECT at, sampled, findings FROM certificate WHERE campaign_id = ? "
-        "ORDER BY number DESC LIMIT 1"
-    )
-    row = connection.exec_driver_sql(query, (campaign,)).first()
-    differ = 0 if row is None else len(json.loads(row.findings))
-    if row is None or not differ:
+    query = "SELECT campaign_id, executed, sampled, at, findings FROM certificate ORDER BY number"
+    differ: dict[tuple[str, int], dict[str, tuple[int, str]]] = {}
+    for row in connection.exec_driver_sql(query):
+        told = differ.setdefault((row.campaign_id, row.executed), {})
+        for run in [run for run, (sampled, _) in told.items() if sampled <= row.sampled]:
+            del told[run]
+        told |= {item["run"]: (row.sampled, row.at) for item in json.loads(row.findings)}
+    found = {run: at for told in differ.values() for run, (_, at) in told.items()}
+    if not found:
         return ""
-    return f"{differ} of {row.sampled} runs that adeye certify executed again on {row.at} differ"
+    results = connection.exec_driver_sql(
+        "SELECT DISTINCT c.result_digest FROM campaign_case c "  # noqa: S608 - own words
+        f"WHERE c.campaign_id = ? AND {standing('c.result_digest')}",
+        (campaign,),
+    )
+    runs = sorted(found.keys() & set(results.scalars()))
+    if not runs:
+        return ""
+    count = "1 result" if len(runs) == 1 else f"{len(runs)} results"
+    names = ", ".join(run[:10] for run in runs[:MOST_NAMED])
+    more = ", …" if len(runs) > MOST_NAMED else ""
+    return (
+        f"{count} came out otherwise when adeye certify executed runs again on "
+        f"{max(found[run] for run in runs)[:10]}: {names}{more}"
+    )
+
+
+MOST_NAMED: Final = 3
+"""Results whose digests are listed; the certificate has all."""
 
 
 def _odd_content(connection: Connection, campaign: str) -> dict[str, Any]:

@@ -243,31 +243,42 @@ def test_sample_with_a_withdrawn_twin_tells_no_uncertainty(store: Store) -> None
     assert store.repository.evidence.withdrawals(other) == ()
 
 
-def test_campaign_whose_runs_came_out_otherwise_is_not_green_until_they_do_not(
-    store: Store,
-) -> None:
+def test_result_that_came_out_otherwise_is_green_nowhere_until_it_does_not(store: Store) -> None:
     info = store.repository.find_campaign(store.campaign(4))
     sound = gate_code(store.repository, info)
     certificates = store.repository.hindsight.certificates
-    record = CertificateRecord(info.id, "1", "portable", 4, 3, 3, 0, [], [{"run": "a"}])
+    runs = [run for (run,) in store.rows("SELECT run FROM v_runs ORDER BY run")]
+    record = CertificateRecord(info.id, "1", "portable", 4, 3, 3, 0, [], [])
 
-    def found() -> list[str]:
-        given = sure(check_campaign(store.repository.location, rules=EVIDENCE_RULES)).violations
-        return [item.detail for item in given if item.rule == NOT_CERTIFIED.name]
+    def found(name: str) -> list[str]:
+        checked = check_campaign(store.repository.location, name, rules=EVIDENCE_RULES)
+        return [i.detail for i in sure(checked).violations if i.rule == NOT_CERTIFIED.name]
 
-    for findings, differ in (
-        ([], ""),
-        ([{"run": "a"}], "1 of 3 runs that adeye certify"),
-        ([], ""),
-    ):
-        certificates.save(replace(record, findings=findings))
-        code, why = gate_code(store.repository, info)
-        if differ:
+    def told(*findings: str, sampled: int = 3) -> None:
+        listed = [{"run": run} for run in findings]
+        certificates.save(replace(record, sampled=sampled, findings=listed))
+
+    def differ(count: int) -> None:
+        for name in (info.id, store.campaign(8)):  # which has the same four results, and more
+            code, why = gate_code(store.repository, store.repository.find_campaign(name))
             assert code is ExitCode.INTEGRITY
-            assert found() == [why]
-            assert why.startswith(differ)
-        else:
-            assert (code, why, found()) == (*sound, [])
+            assert found(name) == [why]
+            assert why.startswith(f"{count} result")
+            assert all(run[:10] in why for run in runs[:count])
+
+    assert found(info.id) == []
+    told(runs[0])
+    differ(1)
+    told(sampled=2)  # too few to say that it did not
+    differ(1)
+    told(runs[0], runs[1], sampled=4)
+    told(runs[1])
+    differ(2)
+    told("another result", sampled=4)
+    assert (*gate_code(store.repository, info), found(info.id)) == (*sound, [])
+    told(runs[0])
+    assert store.repository.evidence.withdraw(runs[0], author="me", reason="not the same again")
+    assert gate_code(store.repository, info)[0] is ExitCode.INCOMPLETE
 
 
 # --- twins with half the step and what they told: kept once, refused when they contradict
