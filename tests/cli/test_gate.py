@@ -191,7 +191,7 @@ def test_stored_campaign_is_named_by_its_number(adeye: Any, project: Project) ->
             "not_run: Planned test cases, or twins with half the step, have no result" in ended.out
         )
         assert "cut_in: 12 of 12 test cases of camera_radar have no result" in ended.out
-        assert ended.out.strip().endswith("by 1 of 32 rules.")
+        assert ended.out.strip().endswith("by 1 of 33 rules.")
 
 
 def test_nothing_to_check_is_no_success(adeye: Any) -> None:
