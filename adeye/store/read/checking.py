@@ -335,7 +335,10 @@ def uncertified(connection: Connection, campaign: str) -> str:
         connection: To the database.
         campaign: Id of the campaign.
     """
-    query = "SELECT campaign_id, executed, sampled, at, findings FROM certificate ORDER BY number"
+    # By time, for a merge appends what may be older.
+    query = (
+        "SELECT campaign_id, executed, sampled, at, findings FROM certificate ORDER BY at, number"
+    )
     differ: dict[tuple[str, int], dict[str, tuple[int, str]]] = {}
     for row in connection.exec_driver_sql(query):
         told = differ.setdefault((row.campaign_id, row.executed), {})

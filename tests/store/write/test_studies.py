@@ -11,6 +11,7 @@ import pytest
 from adeye.errors import IntegrityError
 from adeye.judge.timeline import Timeline
 from adeye.judge.verdict import ExitCode
+from adeye.store.evidence import roots
 from adeye.store.evidence.roots import CertificateRecord
 from adeye.store.read.bulk import executed_runs
 from adeye.store.read.checking import EVIDENCE_RULES, check_campaign
@@ -241,6 +242,19 @@ def test_sample_with_a_withdrawn_twin_tells_no_uncertainty(store: Store) -> None
     assert "1 result is withdrawn" in why
     other = store.campaign(8)
     assert store.repository.evidence.withdrawals(other) == ()
+
+
+def test_certificate_that_a_merge_appends_is_no_newer_for_that(
+    store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    info = store.repository.find_campaign(store.campaign(4))
+    (run, *_) = [run for (run,) in store.rows("SELECT run FROM v_runs ORDER BY run")]
+    for at, findings in (("2026-02-01", [{"run": run}]), ("2026-01-31", [])):
+        monkeypatch.setattr(roots, "utc_text", lambda _, at=at: f"{at}T00:00:00.000+00:00")
+        found = CertificateRecord(info.id, "1", "portable", 4, 3, 3, 0, [], findings)
+        store.repository.hindsight.certificates.save(found)
+    told = "1 result came out otherwise when adeye certify executed runs again on 2026-02-01: "
+    assert gate_code(store.repository, info) == (ExitCode.INTEGRITY, told + run[:10])
 
 
 def test_result_that_came_out_otherwise_is_green_nowhere_until_it_does_not(store: Store) -> None:
