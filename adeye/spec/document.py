@@ -14,7 +14,8 @@ import re
 import unicodedata
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache, wraps
+from functools import lru_cache, reduce, wraps
+from operator import getitem
 from pathlib import Path
 from typing import Any, Final, Protocol, TypeVar
 
@@ -194,7 +195,7 @@ def _problem(document: Located, item: Any, model: type[BaseModel]) -> InputError
         )
     if kind in {"union_tag_invalid", "union_tag_not_found"}:
         return _tag(document, loc, name, item["ctx"])
-    if kind in _LIMITS and isinstance(written := _at(document.value, loc), str):
+    if kind in _LIMITS and isinstance(written := reduce(getitem, loc, document.value), str):
         # A quantity is compared in SI; it is told as it is written.
         item = {**item, "input": written}
     remedy = ""
@@ -311,15 +312,6 @@ def _real(value: Any, loc: Loc, *, beyond: bool) -> Loc:
         elif beyond and number == len(loc) - 1:
             real.append(part)
     return tuple(real)
-
-
-def _at(value: Any, loc: Loc) -> Any:
-    """Return what stands at a place of a document; None if nothing does."""
-    for part in loc:
-        if not has_part(value, part):
-            return None
-        value = value[part]
-    return value
 
 
 def has_part(value: Any, part: str | int) -> bool:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from sqlalchemy import Connection, create_engine
+from sqlalchemy import Connection, Row, create_engine
 
 from adeye.errors import SourceLocation
 from adeye.store import tables
@@ -38,6 +38,8 @@ if TYPE_CHECKING:
     from adeye.spec.fault import Injected
 
 _UNSAVED: Final = "unsaved"
+_NAMED: Final = 3
+"""Results that came out otherwise whose digests are listed; the certificate has all."""
 _STANDS: Final = standing("run.result_digest")
 PLAN_RULES: Final = tuple(rule for rule in RULES if not rule.needs_evidence)
 """Rules that a plan is enough for."""
@@ -328,24 +330,29 @@ def uncertified(connection: Connection, campaign: str) -> str:
     """Name the results of a campaign that came out otherwise for a certificate; empty for none.
 
     A certificate of any campaign that has the result tells of it, until a later one of the same
-    campaign, with a sample no smaller, does not: that begins with the same runs. What is withdrawn
-    is no result.
+    campaign does not that executed it again under the conditions that it differed under: one of
+    all its runs, or of as many of the same, for a larger sample begins with the smaller one. What
+    is withdrawn is no result.
 
     Args:
         connection: To the database.
         campaign: Id of the campaign.
     """
     # By time, for a merge appends what may be older.
-    query = (
-        "SELECT campaign_id, executed, sampled, at, findings FROM certificate ORDER BY at, number"
-    )
-    differ: dict[tuple[str, int], dict[str, tuple[int, str]]] = {}
+    query = "SELECT * FROM certificate ORDER BY at, number"
+    differ: dict[tuple[str, str], tuple[Row[Any], set[str]]] = {}
     for row in connection.exec_driver_sql(query):
-        told = differ.setdefault((row.campaign_id, row.executed), {})
-        for run in [run for run, (sampled, _) in told.items() if sampled <= row.sampled]:
-            del told[run]
-        told |= {item["run"]: (row.sampled, row.at) for item in json.loads(row.findings)}
-    found = {run: at for told in differ.values() for run, (_, at) in told.items()}
+        is_whole = row.sampled + row.machine_dependent == row.executed
+        tried = {item["condition"] for item in json.loads(row.conditions)}
+        for key, (earlier, under) in tuple(differ.items()):
+            same = row.executed == earlier.executed and row.sampled >= earlier.sampled
+            if key[0] == row.campaign_id and under <= tried and (is_whole or same):
+                del differ[key]
+        for item in json.loads(row.findings):
+            key = row.campaign_id, item["run"]
+            under = differ[key][1] if key in differ else set()
+            differ[key] = row, under | {*item["conditions"]}
+    found = {run: row.at[:10] for (_, run), (row, _) in differ.items()}
     if not found:
         return ""
     results = connection.exec_driver_sql(
@@ -357,16 +364,11 @@ def uncertified(connection: Connection, campaign: str) -> str:
     if not runs:
         return ""
     count = "1 result" if len(runs) == 1 else f"{len(runs)} results"
-    names = ", ".join(run[:10] for run in runs[:MOST_NAMED])
-    more = ", …" if len(runs) > MOST_NAMED else ""
+    names = ", ".join(run[:10] for run in runs[:_NAMED]) + (", …" if len(runs) > _NAMED else "")
     return (
         f"{count} came out otherwise when adeye certify executed runs again on "
-        f"{max(found[run] for run in runs)[:10]}: {names}{more}"
+        f"{max(found[run] for run in runs)}: {names}"
     )
-
-
-MOST_NAMED: Final = 3
-"""Results whose digests are listed; the certificate has all."""
 
 
 def _odd_content(connection: Connection, campaign: str) -> dict[str, Any]:

@@ -249,7 +249,7 @@ def test_certificate_that_a_merge_appends_is_no_newer_for_that(
 ) -> None:
     info = store.repository.find_campaign(store.campaign(4))
     (run, *_) = [run for (run,) in store.rows("SELECT run FROM v_runs ORDER BY run")]
-    for at, findings in (("2026-02-01", [{"run": run}]), ("2026-01-31", [])):
+    for at, findings in (("2026-02-01", [{"run": run, "conditions": []}]), ("2026-01-31", [])):
         monkeypatch.setattr(roots, "utc_text", lambda _, at=at: f"{at}T00:00:00.000+00:00")
         found = CertificateRecord(info.id, "1", "portable", 4, 3, 3, 0, [], findings)
         store.repository.hindsight.certificates.save(found)
@@ -268,9 +268,11 @@ def test_result_that_came_out_otherwise_is_green_nowhere_until_it_does_not(store
         checked = check_campaign(store.repository.location, name, rules=EVIDENCE_RULES)
         return [i.detail for i in sure(checked).violations if i.rule == NOT_CERTIFIED.name]
 
-    def told(*findings: str, sampled: int = 3) -> None:
-        listed = [{"run": run} for run in findings]
-        certificates.save(replace(record, sampled=sampled, findings=listed))
+    def told(*findings: str, sampled: int = 3, executed: int = 4, under: str = "batch") -> None:
+        listed = [{"run": run, "conditions": [under]} for run in findings]
+        tried = [{"condition": under, "runs": sampled}]
+        kept = replace(record, sampled=sampled, executed=executed, conditions=tried)
+        certificates.save(replace(kept, findings=listed))
 
     def differ(count: int) -> None:
         for name in (info.id, store.campaign(8)):  # which has the same four results, and more
@@ -283,12 +285,15 @@ def test_result_that_came_out_otherwise_is_green_nowhere_until_it_does_not(store
     assert found(info.id) == []
     told(runs[0])
     differ(1)
-    told(sampled=2)  # too few to say that it did not
+    # Too few to say that it did not, maybe others, and under another condition.
+    told(sampled=2)
+    told(executed=8)
+    told(sampled=4, under="mask")
     differ(1)
     told(runs[0], runs[1], sampled=4)
     told(runs[1])
     differ(2)
-    told("another result", sampled=4)
+    told("another result", sampled=8, executed=8)
     assert (*gate_code(store.repository, info), found(info.id)) == (*sound, [])
     told(runs[0])
     assert store.repository.evidence.withdraw(runs[0], author="me", reason="not the same again")
