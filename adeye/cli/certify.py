@@ -42,7 +42,7 @@ def certify(
     certificate is kept in the database. A run that differs is named with the conditions and the
     first ticks that differ.
 
-    Exit codes: 0 certified, 2 input error, 3 no verdict, or nothing under some condition, could be
+    Exit codes: 0 certified, 2 input error, 3 no verdict, or not all of the sample, could be
     compared, 4 a run differs, 5 a batch could not be executed.
 
     Parameters:
@@ -122,7 +122,10 @@ def _cause(found: Certificate) -> str:
     if not found.findings and not found.verdicts:
         return "no verdict could be compared: those that are stored were judged otherwise."
     if not found.findings:
-        return "nothing could be compared under some condition."
+        return (
+            f"{found.lost:,} executions could not be compared: they depended on the machine, as "
+            "those of the sample did not. Certify again when it does nothing else."
+        )
     if everywhere:
         return f"{count}, in the same way under every condition. In each, {CHANGED}."
     return f"{count}. In each, {UNSTEADY}."

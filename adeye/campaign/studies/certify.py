@@ -357,6 +357,8 @@ class Certificate:
         machine_dependent: Runs left out, because they depend on the machine, such as by a deadline.
         conditions: Under which the sample was executed, with the runs compared under each.
         findings: Runs that differ.
+        lost: Executions, of all under all conditions, that depended on the machine this time: their
+            program ended or was late, say. They are compared with nothing.
     """
 
     campaign: str
@@ -371,11 +373,12 @@ class Certificate:
     machine_dependent: int
     conditions: tuple[tuple[str, int], ...]
     findings: tuple[Finding, ...]
+    lost: int
 
     @property
     def is_certified(self) -> bool:
-        """Whether runs under every condition and verdicts were compared, and nothing differs."""
-        return not self.findings and self.verdicts > 0 and all(runs for _, runs in self.conditions)
+        """Whether the whole sample and verdicts of it were compared, and nothing differs."""
+        return not self.findings and self.verdicts > 0 and self.lost == 0
 
 
 def certify(
@@ -421,9 +424,9 @@ def certify(
         )
         counter = Counter("certify", len(runs) * len(wanted), report)
         compared, context = Compared(runs), _context(repository, campaign, plan)
-        conditions = tuple(
-            (item.name, _execute(item, plan, context, runs, compared, counter)) for item in wanted
-        )
+        tried = [
+            (item.name, *_execute(item, plan, context, runs, compared, counter)) for item in wanted
+        ]
         certificate = Certificate(
             campaign=campaign.id,
             odd=campaign.odd,
@@ -436,8 +439,9 @@ def certify(
             strata=len({item.stratum for item in chosen}),
             machine_dependent=sum(item.machine_dependent for item in executed),
             # Where no run promises as much, a condition says nothing and is not named.
-            conditions=tuple((label, count) for label, count in conditions if count is not None),
+            conditions=tuple((label, count) for label, count, lost in tried if count or lost),
             findings=compared.findings(),
+            lost=sum(lost for _, _, lost in tried),
         )
         if certificate.verdicts or certificate.findings:
             certificates.save(_record(certificate))
@@ -540,8 +544,8 @@ def _execute(
     runs: Sequence[Sampled],
     compared: Compared,
     counter: Counter,
-) -> int | None:
-    """Execute the sample under a condition; return the runs compared, None if it promises nothing.
+) -> tuple[int, int]:
+    """Execute the sample under a condition; return the runs compared, and those that could not be.
 
     Raises:
         PlatformError: A batch cannot be executed.
@@ -549,7 +553,7 @@ def _execute(
     cases = [run.case for run in runs if run.is_portable or condition.mask is None]
     counter.add(len(runs) - len(cases))
     if not cases:
-        return None
+        return 0, 0
     tasks = [
         BatchTask(number, batch, (), context)
         for number, batch in enumerate(condition.batches(cases, fitting(plan.examples())))
@@ -566,7 +570,7 @@ def _execute(
                 )
             counted += compared.add(condition.name, done.result.runs)
             counter.add(len(done.task.execute))
-    return counted
+    return counted, len(cases) - counted
 
 
 def _record(found: Certificate) -> CertificateRecord:

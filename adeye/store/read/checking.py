@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from sqlalchemy import Connection, Row, create_engine
+from sqlalchemy import Connection, create_engine
 
 from adeye.errors import SourceLocation
 from adeye.store import tables
@@ -329,30 +329,17 @@ def idle_events(connection: Connection, campaign: str) -> tuple[tuple[str, str],
 def uncertified(connection: Connection, campaign: str) -> str:
     """Name the results of a campaign that came out otherwise for a certificate; empty for none.
 
-    A certificate of any campaign that has the result tells of it, until a later one of the same
-    campaign does not that executed it again under the conditions that it differed under: one of
-    all its runs, or of as many of the same, for a larger sample begins with the smaller one. What
-    is withdrawn is no result.
+    A certificate of any campaign that has the result tells of it, for good: that it came out as
+    it is another time, too, does not say what else it comes out as. What is withdrawn is no result.
 
     Args:
         connection: To the database.
         campaign: Id of the campaign.
     """
-    # By time, for a merge appends what may be older.
-    query = "SELECT * FROM certificate ORDER BY at, number"
-    differ: dict[tuple[str, str], tuple[Row[Any], set[str]]] = {}
-    for row in connection.exec_driver_sql(query):
-        is_whole = row.sampled + row.machine_dependent == row.executed
-        tried = {item["condition"] for item in json.loads(row.conditions)}
-        for key, (earlier, under) in tuple(differ.items()):
-            same = row.executed == earlier.executed and row.sampled >= earlier.sampled
-            if key[0] == row.campaign_id and under <= tried and (is_whole or same):
-                del differ[key]
-        for item in json.loads(row.findings):
-            key = row.campaign_id, item["run"]
-            under = differ[key][1] if key in differ else set()
-            differ[key] = row, under | {*item["conditions"]}
-    found = {run: row.at[:10] for (_, run), (row, _) in differ.items()}
+    found: dict[str, str] = {}
+    for at, findings in connection.exec_driver_sql("SELECT at, findings FROM certificate"):
+        for item in json.loads(findings):
+            found[item["run"]] = max(at[:10], found.get(item["run"], ""))
     if not found:
         return ""
     results = connection.exec_driver_sql(

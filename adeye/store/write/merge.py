@@ -491,6 +491,7 @@ class _Copy(_Merge):
     def run_chosen(self, campaigns: Sequence[str]) -> Copied:
         """Copy every row that belongs to them, in the order of the references."""
         ids = json.dumps(list(campaigns))
+        self._require_certificates(ids)
         for table in (*metadata.sorted_tables, *self._plugins()):
             if table in LEDGER:
                 # They tell of transactions: that of the copy adds its own.
@@ -508,6 +509,32 @@ class _Copy(_Merge):
         ensure_scenario_views(self._into)
         runs = self._into.exec_driver_sql("SELECT COUNT(*) FROM run").scalar_one()
         return Copied(tuple(campaigns), runs, self._rows)
+
+    def _require_certificates(self, ids: str) -> None:
+        """Refuse to leave behind what a certificate of another campaign has against a result.
+
+        Raises:
+            InputError: One has something.
+        """
+        others = [
+            (campaign, {item["run"] for item in json.loads(findings)})
+            for campaign, findings in self._source.exec_driver_sql(
+                "SELECT campaign_id, findings FROM certificate WHERE campaign_id NOT IN "  # noqa: S608 - own names
+                f"{_CHOSEN} ORDER BY number",
+                (ids,),
+            )
+        ]
+        if not any(runs for _, runs in others):
+            return
+        query = f"SELECT digest FROM {_KEPT_RUNS} AS kept"  # noqa: S608 - own names
+        kept = set(self._source.exec_driver_sql(query, (ids,)).scalars())
+        for campaign, runs in others:
+            if runs & kept:
+                raise InputError(
+                    f"{len(runs & kept):,} of the results came out otherwise for a certificate of "
+                    f"campaign {campaign[:10]}",
+                    remedy=f"Copy that as well: --campaign {campaign[:10]}.",
+                )
 
     def _insert_changeable(self, table: Table, rows: Iterable[tuple[Any, ...]]) -> None:
         """Insert blocks and names of files; nobody here holds a block that is leased elsewhere."""

@@ -122,12 +122,27 @@ def test_channel_that_is_not_deterministic_is_found_and_named(
         assert code is ExitCode.INTEGRITY
         assert message.startswith("1 result came out otherwise when adeye certify executed")
         assert finding.run[:10] in message
-        # A newer certificate that names none takes it back.
-        repository.hindsight.certificates.save(replace(stored, findings=[]))
-        code, message = gate_code(repository, repository.find_campaign(found.campaign))
-        assert code is not ExitCode.INTEGRITY
-        assert "certify" not in message
     assert [item["run"] for item in stored.findings] == [finding.run]
+
+
+def test_nothing_is_certified_where_an_execution_depends_on_the_machine_this_time(
+    campaign: tuple[Project, Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As one whose program was ended meanwhile."""
+
+    def ending_one(task: BatchTask) -> BatchResult:
+        found = execute(task)
+        block = known(found.runs)
+        ended = block.machine_dependent.copy()
+        ended[0] = task.block == 0
+        return replace(found, runs=replace(block, machine_dependent=ended))
+
+    monkeypatch.setattr(certificates, "CONDITIONS", FEW[:1])
+    monkeypatch.setattr(certificates, "execute", ending_one)
+    project, db = campaign
+    found = certify(db, str(project.odd), sample=8)
+    assert (found.is_certified, found.lost, found.findings) == (False, 1, ())
+    assert found.conditions == ((FEW[0].name, 7),)
 
 
 @pytest.mark.slow

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from adeye.errors import IntegrityError
+from adeye.errors import InputError, IntegrityError
 from adeye.judge.timeline import Timeline
 from adeye.judge.verdict import ExitCode
 from adeye.store.evidence import roots
@@ -244,60 +244,63 @@ def test_sample_with_a_withdrawn_twin_tells_no_uncertainty(store: Store) -> None
     assert store.repository.evidence.withdrawals(other) == ()
 
 
-def test_certificate_that_a_merge_appends_is_no_newer_for_that(
+def test_result_that_came_out_otherwise_is_green_nowhere_any_more(
     store: Store, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     info = store.repository.find_campaign(store.campaign(4))
-    (run, *_) = [run for (run,) in store.rows("SELECT run FROM v_runs ORDER BY run")]
-    for at, findings in (("2026-02-01", [{"run": run, "conditions": []}]), ("2026-01-31", [])):
-        monkeypatch.setattr(roots, "utc_text", lambda _, at=at: f"{at}T00:00:00.000+00:00")
-        found = CertificateRecord(info.id, "1", "portable", 4, 3, 3, 0, [], findings)
-        store.repository.hindsight.certificates.save(found)
-    told = "1 result came out otherwise when adeye certify executed runs again on 2026-02-01: "
-    assert gate_code(store.repository, info) == (ExitCode.INTEGRITY, told + run[:10])
-
-
-def test_result_that_came_out_otherwise_is_green_nowhere_until_it_does_not(store: Store) -> None:
-    info = store.repository.find_campaign(store.campaign(4))
     sound = gate_code(store.repository, info)
-    certificates = store.repository.hindsight.certificates
     runs = [run for (run,) in store.rows("SELECT run FROM v_runs ORDER BY run")]
-    record = CertificateRecord(info.id, "1", "portable", 4, 3, 3, 0, [], [])
 
     def found(name: str) -> list[str]:
         checked = check_campaign(store.repository.location, name, rules=EVIDENCE_RULES)
         return [i.detail for i in sure(checked).violations if i.rule == NOT_CERTIFIED.name]
 
-    def told(*findings: str, sampled: int = 3, executed: int = 4, under: str = "batch") -> None:
-        listed = [{"run": run, "conditions": [under]} for run in findings]
-        tried = [{"condition": under, "runs": sampled}]
-        kept = replace(record, sampled=sampled, executed=executed, conditions=tried)
-        certificates.save(replace(kept, findings=listed))
+    def told(*findings: str, at: str) -> None:
+        monkeypatch.setattr(roots, "utc_text", lambda _: f"{at}T00:00:00.000+00:00")
+        tried = [{"condition": "batch", "runs": 4}]
+        listed = [{"run": run, "conditions": ["batch"]} for run in findings]
+        kept = CertificateRecord(info.id, "1", "portable", 4, 1000, 4, 0, tried, listed)
+        store.repository.hindsight.certificates.save(kept)
 
-    def differ(count: int) -> None:
+    def differ(count: int, day: str) -> None:
         for name in (info.id, store.campaign(8)):  # which has the same four results, and more
             code, why = gate_code(store.repository, store.repository.find_campaign(name))
             assert code is ExitCode.INTEGRITY
             assert found(name) == [why]
             assert why.startswith(f"{count} result")
+            assert f"executed runs again on {day}: {runs[0][:10]}" in why
             assert all(run[:10] in why for run in runs[:count])
 
     assert found(info.id) == []
-    told(runs[0])
-    differ(1)
-    # Too few to say that it did not, maybe others, and under another condition.
-    told(sampled=2)
-    told(executed=8)
-    told(sampled=4, under="mask")
-    differ(1)
-    told(runs[0], runs[1], sampled=4)
-    told(runs[1])
-    differ(2)
-    told("another result", sampled=8, executed=8)
+    told("another result", at="2026-01-30")
     assert (*gate_code(store.repository, info), found(info.id)) == (*sound, [])
-    told(runs[0])
+    told(runs[0], at="2026-01-31")
+    # It may come out as it is another time, whatever the clock says then.
+    for day in ("2026-02-01", "2026-01-01"):
+        told(at=day)
+        differ(1, "2026-01-31")
+    told(runs[0], runs[1], at="2026-01-01")
+    differ(2, "2026-01-31")
     assert store.repository.evidence.withdraw(runs[0], author="me", reason="not the same again")
+    assert store.repository.evidence.withdraw(runs[1], author="me", reason="not the same again")
     assert gate_code(store.repository, info)[0] is ExitCode.INCOMPLETE
+
+
+def test_no_copy_leaves_behind_what_a_certificate_has_against_a_result(
+    store: Store, tmp_path: Path
+) -> None:
+    smaller, larger = store.campaign(4), store.campaign(8)
+    (run, *_) = [run for (run,) in store.rows("SELECT run FROM v_runs ORDER BY run")]
+    findings = [{"run": run, "conditions": ["batch"]}]
+    kept = CertificateRecord(smaller, "1", "portable", 4, 1000, 4, 0, [], findings)
+    store.repository.hindsight.certificates.save(kept)
+    with Repository.open(tmp_path / "kept.db") as into:
+        with pytest.raises(InputError, match="1 of the results came out otherwise") as caught:
+            into.copy(store.repository.location, [larger])
+        assert f"--campaign {smaller[:10]}" in str(caught.value)
+        assert into.campaigns() == ()
+        into.copy(store.repository.location, [larger, smaller])
+        assert gate_code(into, into.find_campaign(larger))[0] is ExitCode.INTEGRITY
 
 
 # --- twins with half the step and what they told: kept once, refused when they contradict
