@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adeye.kernel.relation import TIME_SLACK
-from adeye.kernel.road import PARTS, Ground, Grounds
+from adeye.kernel.road import GUIDE_WIDTH, MANY, PARTS, Ground, Grounds, lay_guide
 from adeye.kernel.strips import (
     ENDS_WIDTH,
     LIMITS_WIDTH,
@@ -219,11 +219,15 @@ class RoadMap:
         """Return the roads as compiled stages ask them, in contiguous arrays that nobody shares."""
         own = {*Grounds._fields} & {item.name for item in fields(self)} - {"lanes"}
         columns = {name: np.array(getattr(self, name), order="C") for name in own}
+        runs, pieces = self.segments.shape[:2]
         ends = np.zeros((*columns["strips"].shape[:2], ENDS_WIDTH))
         limits = np.zeros((*columns["slabs"].shape[:2], LIMITS_WIDTH))
         for run in range(len(limits) if limits.size else 0):
             look_ahead(columns["slabs"][run], columns["strips"][run], ends[run], limits[run])
-        return Grounds(**columns, lanes=self.lanes, ends=ends, limits=limits)
+        guides = np.zeros((runs, pieces if pieces > MANY else 0, GUIDE_WIDTH))
+        for run in range(runs if pieces > MANY else 0):
+            lay_guide(columns["segments"][run], guides[run])
+        return Grounds(**columns, lanes=self.lanes, ends=ends, limits=limits, guide=guides)
 
     def ground(self, run: int) -> Ground:
         """Return the road of one run as compiled code asks it."""

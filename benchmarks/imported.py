@@ -5,10 +5,11 @@ that is taken unless somebody says otherwise (``reference``) and in the ``fast``
 ``rails.py`` does: once with all runs at one place, once with a place for each, whose lines and
 lanes do not stay in the cache, of the shipped map of a motorway with ramps and of one of at least
 1,000 lanes. *Traffic* is the same step with all that belongs to it: everything is moved, found on
-the road and looked at for contacts. *Simulation* is a step of a run of the whole closed loop, what
-prepares it included: an ego behind a lead that brakes, every run at its own place of the shipped
-map. How many lanes a map has is nothing to a run, for the road of a place is content. CPU time of
-one thread, rounds interleaved, as many runs on all roads; the ratio is what counts.
+the road and looked at for contacts, while the ego weaves a little in its lane. *Simulation* is a
+step of a run of the whole closed loop, what prepares it included: an ego behind a lead that brakes,
+every run at its own place of the shipped map. How many lanes a map has is nothing to a run, for the
+road of a place is content. CPU time of one thread, rounds interleaved, as many runs on all roads;
+the ratio is what counts.
 
     python benchmarks/imported.py            the whole measurement
     python benchmarks/imported.py --smoke    one short round, to see that it works
@@ -25,7 +26,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from closed_loop import LANES, Size, reactive_case, scenario, test_cases
+from closed_loop import LANES, SPEED_MPS, Size, reactive_case, scenario, test_cases
 from rails import cost_of, on_road
 from support.command import drive, ratios, spread
 from support.wide_map import MAP, write_wide
@@ -33,6 +34,15 @@ from support.wide_map import MAP, write_wide
 from adeye.kernel.strips import STRIP_LANE
 from adeye.maps.carriageway import Lanes
 from adeye.maps.places import Asked, places_of
+from adeye.signals import (
+    EGO_HEADING,
+    EGO_SPEED,
+    PLACE_CURVATURE,
+    PLACE_HEADING,
+    PLACE_OFFSET,
+    Floats,
+    Scene,
+)
 from adeye.simulate import engine
 from adeye.simulate.traffic.batch import BatchTraffic
 from adeye.spec.places import PlaceRoad, read_map
@@ -46,6 +56,7 @@ if TYPE_CHECKING:
 BEFORE_M, AFTER_M, EGO_M = 100.0, 1400.0, 100.0
 RUNS, RAIL_RUNS = 100, 512
 MANY_LANES = 1_000
+WHEELBASE_M = 2.9
 
 
 def roads(path: Path) -> list[Road]:
@@ -71,12 +82,28 @@ def loop_cost(cases: Sequence[TestCase]) -> float:
 def traffic_cost(cases: Sequence[TestCase], size: Size) -> float:
     """CPU seconds for a vehicle step of the whole traffic."""
     traffic = BatchTraffic("reference")
-    traffic.reset(cases)
-    steps, command = round(size.seconds / cases[0].step), np.zeros((size.runs, 2))
-    start = time.process_time()
-    for _ in range(steps):
-        traffic.step(command)
-    return (time.process_time() - start) / (steps * size.runs * size.vehicles)
+    _, scene = traffic.reset(cases)
+    steps, taken = round(size.seconds / cases[0].step), 0.0
+    for number in range(steps):
+        command = weave(scene, number * cases[0].step)
+        start = time.process_time()
+        scene = traffic.step(command)
+        taken += time.process_time() - start
+    return taken / (steps * size.runs * size.vehicles)
+
+
+def weave(scene: Scene, t: float) -> Floats:
+    """Return commands (B, 2) of egos that keep their lanes, though not their middles to the bit.
+
+    An ego that is left alone stands in the field beside the first bend, where nobody looks for it,
+    and one that holds a straight to the bit turns no corner of the arithmetic.
+    """
+    place, ego = scene.ego_place, scene.ego
+    aside = place[:, PLACE_OFFSET] - 0.2 * np.sin(0.5 * t)
+    aslant = np.mod(ego[:, EGO_HEADING] - place[:, PLACE_HEADING] + np.pi, 2.0 * np.pi) - np.pi
+    curvature = place[:, PLACE_CURVATURE] - 0.005 * aside - 0.12 * aslant
+    angle = np.clip(np.arctan(WHEELBASE_M * curvature), -0.4, 0.4)
+    return np.column_stack([np.clip(0.5 * (SPEED_MPS - ego[:, EGO_SPEED]), -2.0, 2.0), angle])
 
 
 def measure(rounds: int, smoke: bool) -> list[dict[str, Any]]:  # noqa: FBT001 - as drive calls it

@@ -103,27 +103,84 @@ def _project(along: float, across: float, length: float, curvature: float) -> tu
     return angle * radius, inward if curvature > 0.0 else -inward
 
 
-@compiled
-def _local_of_many(segments: Floats, x: float, y: float) -> tuple[float, float, float, float]:
-    """Do what ``local`` does where there are many segments, and look closely at few of them.
+# Columns of what is known of a segment of a line of many: how long the line is before it [m], sine
+# and cosine of its heading, and how near to its start [m] a point is for which no segment begins
+# nearer but one of its two neighbours on either side.
+GUIDE_S, GUIDE_SINE, GUIDE_COSINE, GUIDE_NEAR = range(4)
+GUIDE_WIDTH: Final = 4
+NO_GUIDE: Final = np.zeros((0, GUIDE_WIDTH))
+_BESIDE: Final = 2
 
-    From the segment that begins nearest it goes on while the point is past the normal at the end,
-    and back while it is before that at the start. Neighbours share these, so that s and d have no
-    step there. Right for points nearer to the line than its radius.
+
+@compiled
+def lay_guide(segments: Floats, guide: Floats) -> None:
+    """Write what finds places on a line of many segments sooner, and changes none.
+
+    Args:
+        segments: (K, 5), see the module.
+        guide: (K, GUIDE_WIDTH) out.
     """
-    last = segments.shape[0] - 1
+    before = 0.0
+    for k in range(segments.shape[0]):
+        guide[k, GUIDE_S] = before
+        before += segments[k, 3]
+        guide[k, GUIDE_SINE], guide[k, GUIDE_COSINE] = sin_cos(segments[k, 2])
+        apart = math.inf
+        for other in range(segments.shape[0]):
+            if abs(other - k) > _BESIDE:
+                dx = segments[other, 0] - segments[k, 0]
+                dy = segments[other, 1] - segments[k, 1]
+                apart = min(apart, dx * dx + dy * dy)
+        # Who is at less than half the way to all others is farther from them; a millimetre amply
+        # covers the rounding.
+        guide[k, GUIDE_NEAR] = 0.5 * math.sqrt(apart) - 1e-3
+
+
+@inlined
+def _aim(segments: Floats, guide: Floats, k: int) -> tuple[float, float]:
+    """Return sine and cosine of the heading that a segment begins with."""
+    if guide.shape[0]:
+        return guide[k, GUIDE_SINE], guide[k, GUIDE_COSINE]
+    return sin_cos(segments[k, 2])
+
+
+@inlined
+def _nearest_start(segments: Floats, guide: Floats, near: int, x: float, y: float) -> int:
+    """Return the segment that begins nearest to a point, the first of those; ``near``: a guess."""
+    low, high = 0, segments.shape[0]
+    if guide.shape[0]:
+        dx, dy = x - segments[near, 0], y - segments[near, 1]
+        reach = guide[near, GUIDE_NEAR]
+        if reach > 0.0 and dx * dx + dy * dy < reach * reach:
+            low, high = max(0, near - _BESIDE), min(high, near + _BESIDE + 1)
     k, nearest = 0, math.inf
-    for row in range(last + 1):
+    for row in range(low, high):
         dx, dy = x - segments[row, 0], y - segments[row, 1]
         distance = dx * dx + dy * dy
         if distance < nearest:
             k, nearest = row, distance
-    sine, cosine = sin_cos(segments[k, 2])
+    return k
+
+
+@compiled
+def _local_of_many(
+    segments: Floats, guide: Floats, near: int, x: float, y: float
+) -> tuple[float, float, float, float, int]:
+    """Do what ``local`` does where there are many segments, and look closely at few of them.
+
+    From the segment that begins nearest it goes on while the point is past the normal at the end,
+    and back while it is before that at the start. Neighbours share these, so that s and d have no
+    step there. Right for points nearer to the line than its radius. The guide is that of the line
+    or has no rows; last comes the segment that the point is beside.
+    """
+    last = segments.shape[0] - 1
+    k = _nearest_start(segments, guide, near, x, y)
+    sine, cosine = _aim(segments, guide, k)
     while k > 0 and (x - segments[k, 0]) * cosine + (y - segments[k, 1]) * sine < 0.0:
         k -= 1
-        sine, cosine = sin_cos(segments[k, 2])
+        sine, cosine = _aim(segments, guide, k)
     while k < last:
-        ahead = sin_cos(segments[k + 1, 2])
+        ahead = _aim(segments, guide, k + 1)
         way = (x - segments[k + 1, 0]) * ahead[1] + (y - segments[k + 1, 1]) * ahead[0]
         if way < 0.0:
             break
@@ -133,9 +190,34 @@ def _local_of_many(segments: Floats, x: float, y: float) -> tuple[float, float, 
     length, curvature = segments[k, 3], float(segments[k, 4])
     s, d = _project(dx * cosine + dy * sine, dy * cosine - dx * sine, length, curvature)
     before = 0.0
-    for row in range(k):
-        before += segments[row, 3]
-    return before + s, d, wrap_to_pi(segments[k, 2] + curvature * s), curvature
+    if guide.shape[0]:
+        before = guide[k, GUIDE_S]
+    else:
+        for row in range(k):
+            before += segments[row, 3]
+    return before + s, d, wrap_to_pi(segments[k, 2] + curvature * s), curvature, k
+
+
+@inlined
+def local_near(
+    segments: Floats, guide: Floats, near: int, x: float, y: float
+) -> tuple[float, float, float, float, int]:
+    """Do what ``local`` does, for one who knows about where the point is.
+
+    Args:
+        segments: (K, 5), K >= 1, see the module.
+        guide: (K, GUIDE_WIDTH) of a line of many segments, see ``lay_guide``; else without rows.
+        near: Segment that the point was beside; a wrong one costs time.
+        x: [m].
+        y: [m].
+
+    Returns:
+        What ``local`` does, to the bit, and the segment that the point is beside.
+    """
+    if guide.shape[0] and not math.isnan(x + y):
+        return _local_of_many(segments, guide, near, x, y)
+    s, d, heading, curvature = local(segments, x, y)
+    return s, d, heading, curvature, near
 
 
 @inlined
@@ -156,7 +238,7 @@ def local(segments: Floats, x: float, y: float) -> tuple[float, float, float, fl
         return math.nan, math.nan, math.nan, math.nan
     last = segments.shape[0] - 1
     if last >= MANY:
-        return _local_of_many(segments, x, y)
+        return _local_of_many(segments, segments[:0], 0, x, y)[:4]
     nearest = math.inf
     best_s = best_d = best_heading = best_curvature = math.nan
     before = 0.0
@@ -296,6 +378,7 @@ class Ground(NamedTuple):
         strips: (J, 8).
         ends: (J, 4), see ``strips.look_ahead``.
         limits: (S, 2).
+        guide: (K, GUIDE_WIDTH), see ``lay_guide``; none where there are few segments.
     """
 
     segments: Floats
@@ -309,6 +392,7 @@ class Ground(NamedTuple):
     strips: Floats = strips.NO_STRIPS
     ends: Floats = NO_ENDS
     limits: Floats = NO_LIMITS
+    guide: Floats = NO_GUIDE
 
 
 class Grounds(NamedTuple):
@@ -325,6 +409,7 @@ class Grounds(NamedTuple):
     strips: Floats
     ends: Floats
     limits: Floats
+    guide: Floats
 
 
 @inlined
@@ -342,6 +427,7 @@ def ground_of(grounds: Grounds, run: int) -> Ground:
         grounds.strips[run],
         grounds.ends[run],
         grounds.limits[run],
+        grounds.guide[run],
     )
 
 
@@ -430,6 +516,19 @@ def lane_at(ground: Ground, s: float, d: float) -> int:
     if lane >= 0:
         return lane
     return 0 if is_beside(ground, s, d) else lanes_at(ground, s) - 1
+
+
+@inlined
+def lane_and_center(ground: Ground, s: float, d: float) -> tuple[int, float]:
+    """Return ``lane_of`` a place, and d of the centre of that or of the nearest lane [m]."""
+    lane, center = -1, math.nan
+    if has_strips(ground):
+        lane, center = strips.lane_and_center(ground.slabs, ground.strips, s, d)
+    else:
+        lane = lane_of(ground, s, d)
+    if lane >= 0 and has_strips(ground):
+        return lane, center
+    return lane, lane_center(ground, s, lane if lane >= 0 else lane_at(ground, s, d))
 
 
 @inlined

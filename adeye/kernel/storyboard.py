@@ -588,7 +588,9 @@ def follow_lanes(
             continue
         ground = ground_of(grounds, run)
         for actor in range(actors.shape[1]):
-            _follow_lane(actors[run, actor], ground, places[run, actor], objects[run, actor])
+            # Asked here, for the call with all that a road has is what costs.
+            if actors[run, actor, S] != places[run, actor]:
+                _follow_lane(actors[run, actor], ground, places[run, actor], objects[run, actor])
         for event in range(script.actions.shape[1]):
             action = script.actions[run, event]
             if action[ACTION_LANE] >= 0.0:
@@ -600,7 +602,7 @@ def follow_lanes(
 def _follow_lane(row: Floats, ground: Ground, before: float, out: Floats) -> None:
     """Move an actor sideways as far as the middle of its lane has moved since a place before."""
     way = row[S] - before
-    if way == 0.0 or row[ACROSS] != 0.0 or row[WALKS] != 0.0:
+    if row[ACROSS] != 0.0 or row[WALKS] != 0.0:
         return
     drift = middle_of_lane(ground.slabs, ground.strips, row[S], row[D])
     drift -= middle_of_lane(ground.slabs, ground.strips, before, row[D])

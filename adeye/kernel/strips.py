@@ -140,6 +140,18 @@ def lane_of(slabs: Floats, strips: Floats, s: float, d: float) -> int:
 
 
 @inlined
+def lane_and_center(slabs: Floats, strips: Floats, s: float, d: float) -> tuple[int, float]:
+    """Return ``lane_of`` a place and d of the middle of the strip there [m]; -1 and NaN off all."""
+    slab = slab_at(slabs, s)
+    first = int(slabs[slab, SLAB_FIRST])
+    for row in range(first, first + int(slabs[slab, SLAB_STRIPS])):
+        right, left = _ends(slabs, strips, s, row, slab)
+        if right <= d < left:
+            return int(strips[row, STRIP_LANE]), 0.5 * (right + left)
+    return -1, math.nan
+
+
+@inlined
 def _lane_row(slabs: Floats, strips: Floats, slab: int, lane: int) -> int:
     """Return the row of a lane of the ego's way that a slab has."""
     first = int(slabs[slab, SLAB_FIRST])

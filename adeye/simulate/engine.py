@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 DRIVER = "stepwise"
 DEFAULT_BACKEND = "batch"
-NUMERICS_VERSION = 7
+NUMERICS_VERSION = 8
 """Raised whenever the bits of any trace change on purpose."""
 
 

@@ -335,11 +335,13 @@ def sensor_part(case: TestCase, name: str) -> Part:
     clustering = ChannelRack([case], context, _NO_PLACE, only=())
     grounds = context.road.grounds()
     ego, objects = scene.ego.copy(), scene.objects.copy()
+    unknown, near = np.zeros((1, 0, 4)), np.zeros((1, 1 + objects.shape[1]), dtype=np.int64)
 
     def act(tick: int) -> None:
         now = replace(scene, tick=tick, time=tick_time(tick, case.step)).copy()
         now.ego[:], now.objects[:] = ego, objects
-        locate_all(now.running, ego, objects, grounds, now.ego_place, now.object_places)
+        places = now.ego_place, now.object_places
+        locate_all(now.running, ego, objects, grounds, unknown, near, *places)
         _take(item, clustering.detect(rig.sense(now))[name])
 
     inputs = list(_row("ego.", ego, (0,), columns.EGO_COLUMNS))

@@ -109,7 +109,9 @@ def ego_estimate(road: RoadMap, ego: Floats) -> Floats:
     states = np.array(ego, dtype=np.float64, order="C")
     runs, place = len(states), np.zeros((len(states), len(columns.PLACE_COLUMNS)))
     nobody = np.zeros((runs, 0, len(columns.OBJECT_COLUMNS))), np.zeros((runs, 0, place.shape[1]))
-    locate_all(np.ones(runs, dtype=np.bool_), states, nobody[0], road.grounds(), place, nobody[1])
+    everyone, near = np.ones(runs, dtype=np.bool_), np.zeros((runs, 1), dtype=np.int64)
+    unknown = np.zeros((runs, 0, 4))
+    locate_all(everyone, states, nobody[0], road.grounds(), unknown, near, place, nobody[1])
     return np.concatenate([states, place], axis=1)
 
 

@@ -69,6 +69,25 @@ def test_of_many_segments_the_place_is_the_nearest_of_theirs() -> None:
         assert road.local(line, x, y) == pytest.approx(min(places)[1:], abs=1e-9)
 
 
+def test_whatever_segment_is_guessed_the_place_is_the_same_to_the_bit() -> None:
+    draw = np.random.default_rng(11)
+    # With loops, so that parts of the line that are far apart along it lie beside each other.
+    for most in (0.004, 0.03):
+        bends = draw.uniform(-most / 4, most, 40)
+        line = chain(*zip(draw.uniform(1.0, 60.0, 40), bends, strict=True))
+        guide = np.zeros((40, road.GUIDE_WIDTH))
+        road.lay_guide(line, guide)
+        assert (guide[:, road.GUIDE_NEAR] > 0.0).any()
+        for s, d in zip(draw.uniform(-60.0, 1300.0, 300), draw.normal(0.0, 60.0, 300), strict=True):
+            x, y, _ = road.position(line, s, d)
+            expected = road.local(line, x, y)
+            *at_first, beside = road.local_near(line, guide, int(draw.integers(40)), x, y)
+            *again, same = road.local_near(line, guide, beside, x, y)
+            assert tuple(at_first) == tuple(again) == expected
+            assert beside == same
+            assert guide[beside, road.GUIDE_S] <= expected[0] + 1e-9 or beside == 0
+
+
 def test_straight_road_is_its_frame() -> None:
     straight = np.array([[0.0, 0.0, 0.0, 100.0, 0.0]])
     assert road.position(straight, 30.0, 1.75) == (30.0, 1.75, 0.0)
@@ -259,7 +278,7 @@ def grounds(*beside: tuple[float, float]) -> road.Grounds:
     shoulder, verge = np.array(beside).T.copy()
     lines, bays = np.tile(GROUND.segments, (runs, 1, 1)), np.tile(TWO, (runs, 1, 1))
     width, limit = np.full(runs, 3.5), np.full(runs, 36.1)
-    across = [np.zeros((runs, 0, width)) for width in (4, 8, 4, 2)]
+    across = [np.zeros((runs, 0, width)) for width in (4, 8, 4, 2, 4)]
     return road.Grounds(lines, bays, width, 3, shoulder, verge, limit, *across)
 
 

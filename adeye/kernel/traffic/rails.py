@@ -502,6 +502,18 @@ def _place(rails: Rails, who: int) -> None:
     vehicle[ALONG] = way * vehicle[n.SPEED] * vehicle[n.COSINE]
 
 
+@inlined
+def write_place(rails: Rails, who: int, place: Floats) -> None:
+    """Write s, d, heading and curvature of the line beside a driver, NaN before its beginning.
+
+    There the line of the road goes on backwards as it begins, these rails as a straight.
+    """
+    vehicle = rails.vehicles[who]
+    place[0] = vehicle[n.S] if rails.marks[who, PIECE] > 0 else math.nan
+    place[1], place[2] = vehicle[D], wrap_to_pi(vehicle[TURN])
+    place[3] = vehicle[CURVATURE]
+
+
 # --- Who drives ahead of whom, and what drivers make of it ----------------------------------------
 
 

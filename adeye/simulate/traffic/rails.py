@@ -176,7 +176,7 @@ def write_reacted(vehicles: Floats, marks: Ints, reacted: Floats) -> None:
 
 
 @compiled
-def react_on_rails(running: Bools, laid: Laid, step: float, reacted: Floats) -> None:
+def react_on_rails(running: Bools, laid: Laid, step: float, reacted: Floats, known: Floats) -> None:
     """Advance the reactive actors of all runs by one tick.
 
     Args:
@@ -184,9 +184,13 @@ def react_on_rails(running: Bools, laid: Laid, step: float, reacted: Floats) -> 
         laid: In and out, of all runs (B, ...).
         step: [s].
         reacted: (B, A, 5) states of the reactive actors, out.
+        known: (B, A, 4) their places, out; see ``stage.locate_all``.
     """
     for run in range(running.shape[0]):
         if running[run]:
             own = _rails_of(laid, run)
             rails.advance_rails(own, step)
             write_reacted(own.vehicles, own.marks, reacted[run])
+            for actor in range(known.shape[1]):
+                if own.marks[1 + actor, network.ROLE] >= network.FOLLOWING:
+                    rails.write_place(own, 1 + actor, known[run, actor])

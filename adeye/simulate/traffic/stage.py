@@ -25,7 +25,7 @@ from adeye.kernel.motion import (
     fade,
 )
 from adeye.kernel.relation import AT_LEAST, compares, tick_time
-from adeye.kernel.road import Ground, Grounds, ground_of, lane_at, lane_center, lane_of, local
+from adeye.kernel.road import Ground, Grounds, ground_of, lane_and_center, local_near
 from adeye.kernel.storyboard import (
     Events,
     S,
@@ -34,6 +34,7 @@ from adeye.kernel.storyboard import (
     follow_lanes,
     move_actors,
 )
+from adeye.kernel.strips import slab_at
 from adeye.signals import Bools, Floats, Ints, Scene, SceneContext
 from adeye.simulate.traffic.drivers import Drivers
 from adeye.simulate.traffic.plant import Plants
@@ -389,10 +390,7 @@ def pull_egos(running: Bools, limits: Floats, grades: Floats, s: Floats, command
         command: (B, 2) in and out.
     """
     for run in range(running.shape[0]):
-        row = 0
-        while row + 1 < grades.shape[1] and grades[run, row + 1, 0] <= s[run]:
-            row += 1
-        grade = grades[run, row, 1]
+        grade = grades[run, slab_at(grades[run], s[run]), 1]
         if grade == 0.0 or not running[run]:
             continue
         can = clip(command[run, 0], -limits[run, MAX_DECELERATION], limits[run, MAX_ACCELERATION])
@@ -546,22 +544,36 @@ def locate(ground: Ground, x: float, y: float, place: Floats) -> None:
         place: (6,) out, see ``signals.PLACE_COLUMNS``; off the lanes the lane is -1 and the offset
             counts from the nearest one. All NaN if the point is, but for the lane.
     """
-    s, d, heading, curvature = local(ground.segments, x, y)
+    locate_near(ground, 0, x, y, place)
+
+
+@inlined
+def locate_near(ground: Ground, near: int, x: float, y: float, place: Floats) -> int:
+    """Do what ``locate`` does, from the segment beside which the point was; return that."""
+    s, d, heading, curvature, near = local_near(ground.segments, ground.guide, near, x, y)
+    _write_place(ground, s, d, heading, curvature, place)
+    return near
+
+
+@inlined
+def _write_place(
+    ground: Ground, s: float, d: float, heading: float, curvature: float, place: Floats
+) -> None:
+    """Write a place of which the lane is still to be found."""
     place[signals.PLACE_S], place[signals.PLACE_D] = s, d
     place[signals.PLACE_HEADING], place[signals.PLACE_CURVATURE] = heading, curvature
-    lane = lane_of(ground, s, d)
-    place[signals.PLACE_LANE] = lane
-    place[signals.PLACE_OFFSET] = d - lane_center(
-        ground, s, lane if lane >= 0 else lane_at(ground, s, d)
-    )
+    lane, center = lane_and_center(ground, s, d)
+    place[signals.PLACE_LANE], place[signals.PLACE_OFFSET] = lane, d - center
 
 
 @compiled
-def locate_all(
+def locate_all(  # noqa: PLR0913, PLR0917 - a kernel
     running: Bools,
     ego: Floats,
     objects: Floats,
     grounds: Grounds,
+    known: Floats,
+    near: Ints,
     ego_place: Floats,
     object_places: Floats,
 ) -> None:
@@ -572,6 +584,9 @@ def locate_all(
         ego: (B, 7) states.
         objects: (B, M, 5) states.
         grounds: Their roads.
+        known: (B, A, 4) s, d, road's heading and curvature of the first A objects where whoever
+            moves them knows them, NaN where not; A may be 0.
+        near: (B, 1 + M) segments that ego and objects were beside, in and out; zeros at first.
         ego_place: (B, 6) out.
         object_places: (B, M, 6) out.
     """
@@ -579,10 +594,16 @@ def locate_all(
         if not running[run]:
             continue
         ground = ground_of(grounds, run)
-        locate(ground, ego[run, 0], ego[run, 1], ego_place[run])
+        near[run, 0] = locate_near(ground, near[run, 0], ego[run, 0], ego[run, 1], ego_place[run])
         for thing in range(objects.shape[1]):
+            if thing < known.shape[1] and not math.isnan(known[run, thing, 0]):
+                s, d, heading, curvature = known[run, thing]
+                _write_place(ground, s, d, heading, curvature, object_places[run, thing])
+                continue
             x, y = objects[run, thing, 0], objects[run, thing, 1]
-            locate(ground, x, y, object_places[run, thing])
+            near[run, 1 + thing] = locate_near(
+                ground, near[run, 1 + thing], x, y, object_places[run, thing]
+            )
 
 
 # --- The ego, the scripted actors and the static objects of a batch in motion ---------------------
@@ -628,6 +649,7 @@ class Stage:
         self._actors: Floats = world.actors.copy()
         self._ego_place: Floats = np.zeros((self.runs, 6))
         self._object_places: Floats = np.zeros((*self.objects.shape[:2], 6))
+        self._near: Ints = np.zeros((self.runs, 1 + self.objects.shape[1]), dtype=np.int64)
         shape = (self.runs, len(context.event_ids))
         self._events = Events(
             due=np.full(shape, -1, dtype=np.int64),
@@ -640,15 +662,24 @@ class Stage:
         self._contacts = Contacts(context)
         self._everyone: Bools = np.ones(self.runs, dtype=np.bool_)
         self._contacts.update(self._everyone, self.ego, self.objects, self.ego, self.objects)
-        self._settle(self._everyone)
+        self._follows = bool(context.road.slabs.shape[1] and world.scripted.any())
+        self._nothing_known: Floats = np.zeros((self.runs, 0, 4))
+        self._settle(self._everyone, self._nothing_known)
 
-    def advance(self, command: Floats, reacted: Floats, friction: Floats | None = None) -> None:
+    def advance(
+        self,
+        command: Floats,
+        reacted: Floats,
+        friction: Floats | None = None,
+        known: Floats | None = None,
+    ) -> None:
         """Move everything from this tick to the next; runs that have ended stay as they are.
 
         Args:
             command: (B, 2) acting acceleration [m/s²] and steering angle [rad].
             reacted: (B, A, 5) states at the next tick of the reactive actors; others are not read.
             friction: (B,) of the ego's tyres; None for that of the road.
+            known: (B, A, 4) where along the road they are then, see ``locate_all``.
         """
         running = self.ending.running
         before = self.scene() if self._drivers is not None else None
@@ -670,13 +701,13 @@ class Stage:
             world.context.step,
             self.objects,
         )
-        if world.context.road.slabs.shape[1]:
+        if self._follows:
             follow_lanes(running, self._script, self._actors, places, self._grounds, self.objects)
         take_reacted(running, world.scripted, reacted, self.objects)
         if self._drivers is not None and before is not None:
             self._drivers.move(before, self._grounds, self.objects)
         self._contacts.update(running, ego, objects, self.ego, self.objects)
-        self._settle(running)
+        self._settle(running, self._nothing_known if known is None else known)
 
     def close(self) -> None:
         """End what moves vehicles outside of this process."""
@@ -702,7 +733,7 @@ class Stage:
             running=self.ending.running,
         )
 
-    def _settle(self, running: Bools) -> None:
+    def _settle(self, running: Bools, known: Floats) -> None:
         """Find everything on the road, end runs and begin events at the present tick."""
         world, script = self.world, self._script
         locate_all(
@@ -710,6 +741,8 @@ class Stage:
             self.ego,
             self.objects,
             self._grounds,
+            known,
+            self._near,
             self._ego_place,
             self._object_places,
         )

@@ -10,10 +10,11 @@ from adeye.errors import SpecError, UsageError
 from adeye.kernel.road import position
 from adeye.kernel.traffic import network
 from adeye.kernel.traffic.network import ALONGSIDE
-from adeye.signals import OBJECT_SPEED, PLACE_OFFSET, Floats, Scene
+from adeye.signals import OBJECT_SPEED, PLACE_OFFSET, PLACE_S, Floats, Scene
 from adeye.simulate.traffic import make_traffic, variant_of
 from adeye.simulate.traffic.batch import BatchTraffic, build_lanes
 from adeye.simulate.traffic.highway import HighwayTraffic
+from adeye.simulate.traffic.stage import locate_all
 from adeye.sweep.case import TestCase
 from tests.motorway import make_case, make_scenario
 
@@ -265,6 +266,28 @@ def test_on_an_imported_road_drivers_keep_to_its_lanes_and_touch_nobody() -> Non
     assert not scene.foreign_contact[0]
     offsets = scene.object_places[0, : len(reactive), PLACE_OFFSET]
     assert abs(offsets) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_places_that_drivers_on_rails_know_are_those_that_a_search_finds() -> None:
+    traffic = BatchTraffic()
+    strips = [(0, 1, 36.0, k, 3.5 * k, 0.0, 3.5 * (k + 1), 0.0) for k in range(3)]
+    strips += [(0, -1, 36.0, -1, 10.5, 0.0, 14.0, 0.0)]
+    road = {"kind": "imported", "place": "a", "heading": 0.3, "line": BENDS[1:], "length": "900 m"}
+    road |= {"slabs": [(0.0, strips)]}
+    start = {"oncoming": True, "lane": 0, "s": "90 m", "speed": "25 m/s"}
+    actors = {**DENSE, "against": {**car(0, "0 m", "0 m/s", "25 m/s"), "start": start}}
+    context, scene = traffic.reset([imported(world={"road": road}, actors=actors)])
+    unknown, near = np.zeros((1, 0, 4)), np.zeros((1, 1 + len(actors)), dtype=np.int64)
+    before, who = 0, context.object_ids.index("against")
+    for _ in range(200):
+        scene = traffic.step(np.zeros((1, 2)))
+        searched = scene.ego_place.copy(), scene.object_places.copy()
+        grounds = context.road.grounds()
+        locate_all(scene.running, scene.ego, scene.objects, grounds, unknown, near, *searched)
+        np.testing.assert_allclose(scene.object_places, searched[1], rtol=0.0, atol=1e-9)
+        before += int(scene.object_places[0, who, PLACE_S] < 0.0)
+    # Before the line begins it goes on as it begins: in a bend.
+    assert before > 10
 
 
 @pytest.mark.parametrize("variant", VARIANTS)

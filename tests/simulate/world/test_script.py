@@ -159,7 +159,8 @@ def values_at(
     world, runs = compile_world(cases), len(cases)
     places = np.zeros((runs, 6)), np.zeros((runs, len(world.objects[0]), 6))
     grounds, whole = world.context.road.grounds(), np.ones(runs, dtype=np.bool_)
-    locate_all(whole, world.ego, world.objects, grounds, *places)
+    near = np.zeros((runs, 1 + world.objects.shape[1]), dtype=np.int64)
+    locate_all(whole, world.ego, world.objects, grounds, np.zeros((runs, 0, 4)), near, *places)
     events = len(cases[0].scenario.storyboard)
     scene = Scene(
         tick=tick,
