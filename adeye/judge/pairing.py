@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
 from adeye.judge.verdict import FAIL, PASS, VACUOUS, VERDICTS
-from adeye.signals import Bools, Floats, Ints
+
+if TYPE_CHECKING:
+    from adeye.signals import Bools, Floats, Ints
 
 # --- Pairs of results on the same test case: who met whom, and how their verdicts go together -----
 

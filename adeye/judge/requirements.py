@@ -6,7 +6,7 @@ import difflib
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import lru_cache, partial
+from functools import partial
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 import numpy as np
@@ -22,7 +22,13 @@ from adeye.identity import digest
 from adeye.judge.metrics import METRICS, MetricDefinition
 from adeye.judge.stl import syntax
 from adeye.judge.stl.counterexample import Runs, first_constant
-from adeye.judge.stl.formula import TRUTH_LABELS, Formula, parse_formula, unit_exponents
+from adeye.judge.stl.formula import (
+    TRUTH_LABELS,
+    Formula,
+    parse_formula,
+    read_formula,
+    unit_exponents,
+)
 from adeye.judge.stl.parser import KEYWORDS
 from adeye.judge.trace_signals import is_decision, plan_dictionary
 from adeye.kernel.relation import differences
@@ -30,7 +36,6 @@ from adeye.signals import SignalType
 from adeye.units import UNITS, Dimension, read_quantity, shown
 
 if TYPE_CHECKING:
-    from adeye.judge.stl.parser import Parameters
     from adeye.signals import Bools, Floats
     from adeye.spec.architecture import Architecture
     from adeye.spec.concept import Concept, Requirement
@@ -80,58 +85,9 @@ def reads_odd(requirement: Requirement) -> bool:
     return requirement.formula is not None and "in_odd" in _formula(requirement)[1]
 
 
-def nested_antecedents(formula: str | None, constants: Parameters) -> tuple[str, ...]:
-    """Quote the antecedents of the implications below the top level of a formula.
-
-    Args:
-        formula: Its text; None for a bound, which has none.
-        constants: Parameters in SI with their exponents.
-
-    Raises:
-        ExpressionError: The formula cannot be read.
-    """
-    return () if formula is None else _written(formula, tuple(sorted(constants.items())))[2]
-
-
-ANY_FAULT = "*"
-"""Stands for every fault among those that a formula names."""
-
-
-def named_faults(formula: str | None, constants: Parameters) -> tuple[str, ...]:
-    """List the ids of the faults that a formula names; arguments and errors as above."""
-    if formula is None:
-        return ()
-    names = (name.split(".") for name in _written(formula, tuple(sorted(constants.items())))[1])
-    found = (
-        ANY_FAULT if name == ["faulted"] else name[1]
-        for name in names
-        if name == ["faulted"] or (name[0] == "fault" and len(name) > 2)
-    )
-    return tuple(dict.fromkeys(found))
-
-
 def _formula(requirement: Requirement) -> tuple[str, tuple[str, ...], tuple[str, ...], bool]:
     constants = tuple(sorted(requirement.constants.items()))
-    return _written(requirement.formula or "", constants)
-
-
-@lru_cache(maxsize=1024)
-def _written(
-    text: str, constants: tuple[tuple[str, tuple[float, tuple[int, int, int]]], ...]
-) -> tuple[str, tuple[str, ...], tuple[str, ...], bool]:
-    """Read a formula.
-
-    Returns:
-        Its canonical text, the signals that it names, nested antecedents, and whether an antecedent
-        may be met by a window that lies before the first row.
-    """
-    formula = parse_formula(text, parameters=dict(constants))
-    nested = syntax.nested_implications(formula.root)
-    outer = (part for parts, _ in syntax.find_implications(formula.root) for part in parts)
-    asked = (*outer, *(node.left for node in nested))
-    quoted = tuple(formula.quote(node.left) for node in nested)
-    is_of_the_past = any(map(syntax.may_be_met_by_nothing, asked))
-    return syntax.canonical(formula.root), formula.names, quoted, is_of_the_past
+    return read_formula(requirement.formula or "", constants)
 
 
 # --- A bound on a metric: what an FSR without a formula asks for ----------------------------------
@@ -325,7 +281,7 @@ def requirement_digest(requirement: Requirement, attributes: Attributes | None =
         ExpressionError: The formula cannot be read.
     """
     preimage: dict[str, Any] = {"requirement": measured(requirement), "judge": JUDGE_VERSION}
-    if nested_antecedents(requirement.formula, requirement.constants):
+    if requirement.formula is not None and _formula(requirement)[2]:
         # Of these a verdict tells what no verdict told before.
         preimage["nested"] = 1
     if requirement.bound is not None and requirement.bound.metric in METRICS:

@@ -35,6 +35,13 @@ from adeye.units import read_quantity
 if TYPE_CHECKING:
     from adeye.judge.stl.parser import Parameters
 
+SINCE_FAULT: Final = frozenset(
+    {"fault_to_safe_state_s", "distance_to_safe_state_m", "takeover_time_s", "stop_regret"}
+    | {"fault_detection_time_s", "fault_reaction_time_s", "fault_handling_time_s"}
+    | {"emergency_operation_time_s"}
+)
+"""Metrics that count from a fault on. Their registry knows, and loads all that measures."""
+
 # --- Which cases of a plan are pairs: several architectures, one situation, the same faults -------
 
 _PAIRS_AT_ONCE: Final = 8_192
@@ -173,8 +180,8 @@ def whole_rows(connection: Connection, campaign_id: str) -> tuple[tuple[Table, l
     """Make the rows that only a whole campaign tells; none before its last block is done."""
     if not _is_whole(connection, campaign_id):
         return (tables.case_repeat, []), (tables.never_held, [])
-    # What reads formulas and knows all metrics is not imported by who only reads results.
-    from adeye.judge.requirements import named_faults, nested_antecedents
+    # What reads formulas is not imported by who reads no verdicts.
+    from adeye.judge.stl.formula import named_faults, nested_antecedents
 
     contents = connection.exec_driver_sql(
         "SELECT f.id, f.content FROM campaign c JOIN fsr f ON f.concept_digest = c.concept_digest "
@@ -312,7 +319,7 @@ def _without_effect(
 
 
 def _nothing_acted(campaign_id: str, found: _Idle) -> Row:
-    from adeye.judge.requirements import ANY_FAULT
+    from adeye.judge.stl.formula import ANY_FAULT
 
     names = " or ".join(
         "a fault" if name == ANY_FAULT else f"fault.{name}" for name in found.faults
@@ -325,13 +332,10 @@ def _read(
     what: Callable[[str | None, Parameters], tuple[str, ...]], content: str
 ) -> tuple[str, ...]:
     """Read something off the formula of an FSR, or what stands for a bound from a fault on."""
-    from adeye.judge.metrics import METRICS
-
     try:
         told = json.loads(content)
         metric = str((told.get("bound") or {}).get("metric"))
-        counted = METRICS.get(metric)
-        since = "faulted" if counted is not None and counted.since_fault else None
+        since = "faulted" if metric in SINCE_FAULT else None
         values = told.get("parameters", {}).items()
         named = {name: read_quantity(str(value)) for name, value in values}
         return what(told.get("formula") or since, named)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import re
 from dataclasses import dataclass
+from functools import lru_cache
 from types import MappingProxyType
 from typing import TYPE_CHECKING, NoReturn, TypeAlias
 
@@ -263,3 +264,55 @@ def parse_formula(
         )
     named = tuple((name, parameters[name][0]) for name in sorted(used))
     return Formula(text, where, root, syntax.names_in(root), syntax.future_reach(root), named)
+
+
+# --- What is asked of a formula that is only read: its faults and nested antecedents --------------
+
+
+@lru_cache(maxsize=1024)
+def read_formula(
+    text: str, constants: tuple[tuple[str, tuple[float, tuple[int, int, int]]], ...]
+) -> tuple[str, tuple[str, ...], tuple[str, ...], bool]:
+    """Read a formula.
+
+    Returns:
+        Its canonical text, the signals that it names, nested antecedents, and whether an antecedent
+        may be met by a window that lies before the first row.
+    """
+    formula = parse_formula(text, parameters=dict(constants))
+    nested = syntax.nested_implications(formula.root)
+    outer = (part for parts, _ in syntax.find_implications(formula.root) for part in parts)
+    asked = (*outer, *(node.left for node in nested))
+    quoted = tuple(formula.quote(node.left) for node in nested)
+    is_of_the_past = any(map(syntax.may_be_met_by_nothing, asked))
+    return syntax.canonical(formula.root), formula.names, quoted, is_of_the_past
+
+
+def nested_antecedents(formula: str | None, constants: Parameters) -> tuple[str, ...]:
+    """Quote the antecedents of the implications below the top level of a formula.
+
+    Args:
+        formula: Its text; None for a bound, which has none.
+        constants: Parameters in SI with their exponents.
+
+    Raises:
+        ExpressionError: The formula cannot be read.
+    """
+    return () if formula is None else read_formula(formula, tuple(sorted(constants.items())))[2]
+
+
+ANY_FAULT = "*"
+"""Stands for every fault among those that a formula names."""
+
+
+def named_faults(formula: str | None, constants: Parameters) -> tuple[str, ...]:
+    """List the ids of the faults that a formula names; arguments and errors as above."""
+    if formula is None:
+        return ()
+    names = (name.split(".") for name in read_formula(formula, tuple(sorted(constants.items())))[1])
+    found = (
+        ANY_FAULT if name == ["faulted"] else name[1]
+        for name in names
+        if name == ["faulted"] or (name[0] == "fault" and len(name) > 2)
+    )
+    return tuple(dict.fromkeys(found))

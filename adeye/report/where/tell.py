@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -22,10 +22,12 @@ from adeye.notices import doing
 from adeye.report.where import records
 from adeye.report.where.boxes import Box, Scale, separate
 from adeye.report.where.words import FAULT, Words, keyword
-from adeye.signals import Bools, Ints
 from adeye.store.read.bulk import Compared, Labels
 from adeye.store.records import CampaignInfo
 from adeye.store.repository import Repository
+
+if TYPE_CHECKING:
+    from adeye.signals import Bools, Ints
 
 BINS: Final = 8
 """Ranges of equally many values that an axis of more than ``boxes.LISTED`` is counted in."""

@@ -108,7 +108,7 @@ class BatchTraffic(Staged):
         stage = self._require_stage()
         running = stage.ending.running.copy()
         step, laid = stage.world.context.step, self._rails
-        if laid is not None:
+        if laid is not None and self._known is not None:
             react_on_rails(running, laid, step, self._reacted, self._known)
         elif self._is_reactive:
             self._react(running, self._roads, step, self._reacted)

@@ -21,7 +21,6 @@ from sqlalchemy import Connection
 from adeye.judge.pairing import NOT_JUDGED, NOT_RUN
 from adeye.judge.verdict import VERDICTS, Outcome
 from adeye.notices import doing
-from adeye.signals import Bools, Floats, Ints
 from adeye.store.cases import standing
 from adeye.store.encoding import read_chunks
 from adeye.store.location import Place
@@ -30,6 +29,7 @@ from adeye.store.schema import opened
 from adeye.store.table_parts import TABLES
 
 if TYPE_CHECKING:
+    from adeye.signals import Bools, Floats, Ints
     from adeye.spec.odd import Attributes, CoverageBins
     from adeye.sweep.coverage import Coverage, Situations
 
