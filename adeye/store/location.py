@@ -84,7 +84,9 @@ _LIKE_A_SERVER: Final = re.compile(r"\s*postgres\w*(\+\w+)?:|.*passw(or)?d\s*=",
 _TYPED: Final = re.compile(
     r"(\bpostgres\w*(?:\+\w+)?:/*[^\s:@]*:).*@[^\s'\"]*|"
     # A word is looked at from its beginning only, and so far: a message may quote a whole file.
-    r"((?:(?<!\w)\w+:)?//[^\s:/@'\"]*(?::|%3a)|(?<![\w/])\w+:)[^\s/@'\"]{1,999}@[^\s'\"]*|"
+    # The uid of a metric, such as adeye:gap@1, has a number where a server has its name.
+    r"((?:(?<!\w)\w+:)?//[^\s:/@'\"]*(?::|%3a)|(?<![\w/])\w+:)[^\s/@'\"]{1,999}"
+    r"@(?!\d{1,4}(?!\w)(?![.:/-]\w))[^\s'\"]*|"
     r"(passw(?:or)?d\s*=\s*)(?:'[^']*'|[^\s&'\"]+)",
     re.I,
 )
@@ -284,5 +286,7 @@ def masked(text: str) -> str:
 
     >>> masked("postgresql://me:a@b@host/db: no such file; password=a")
     'postgresql://me:*** no such file; password=***'
+    >>> masked("me:a@host: column gap belongs to adeye:risk.gap@1, not to local:gap@12.")
+    'me:*** column gap belongs to adeye:risk.gap@1, not to local:gap@12.'
     """
     return _TYPED.sub(lambda match: (match[1] or match[2] or match[3]) + _MASK, text)

@@ -11,7 +11,8 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterable
+from collections.abc import Container
+from itertools import chain, count
 from typing import Final
 
 from sqlalchemy import Connection
@@ -195,10 +196,16 @@ def identifier(text: str) -> str:
     return name if name and name[0].isalpha() else f"x_{name}"
 
 
-def unique_name(text: str, taken: Iterable[str]) -> str:
-    """Turn any text into an identifier that is not taken."""
+def unique_name(text: str, taken: Container[str]) -> str:
+    """Turn any text into an identifier that is not taken.
+
+    >>> unique_name("FSR-01", {"fsr_01"}), unique_name("FSR-01", {"fsr_01", "fsr_01_145008"})
+    ('fsr_01_145008', 'fsr_01_145008_2')
+    """
     name = identifier(text)
-    return f"{name}_{digest(text)[:6]}" if name in taken else name
+    other = f"{name}_{digest(text)[:6]}"
+    names = chain((name, other), (f"{other}_{number}" for number in count(2)))
+    return next(item for item in names if item not in taken)
 
 
 def fitting(connection: Connection, name: str) -> str:
