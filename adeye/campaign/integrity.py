@@ -12,7 +12,7 @@ from adeye.store.read import checking
 from adeye.store.read.bulk import coverage_of_runs, executed_runs
 from adeye.store.records import of_fields
 from adeye.store.repository import Repository
-from adeye.store.rules import RULES
+from adeye.store.rules import PLACEHOLDER, RULES
 from adeye.sweep.coverage import Coverage, Situations, bins_of, coverage_of
 
 if TYPE_CHECKING:
@@ -142,7 +142,8 @@ def _where(item: checking.Violation, files: OddFiles) -> SourceLocation | None:
     names = [getattr(part, id_) for part in getattr(loaded.spec, list_)]
     if item.id not in names:
         return None
-    key = () if item.part == "scenario" else (_KEYS.get(item.rule, "id"),)
+    told = item.detail.split()[0] if item.rule == PLACEHOLDER.name else "id"
+    key = () if item.part == "scenario" else (_KEYS.get(item.rule, told),)
     return loaded.locate((list_, names.index(item.id), *key))
 
 

@@ -170,6 +170,21 @@ def _plain(name: str) -> str:
     return re.sub(r"[\s_-]+", "", folded)
 
 
+_PLACEHOLDERS: Final = frozenset(
+    {"", "todo", "fixme", "xxx", "tbd", "tbc", "tba"}
+    | {"tobedefined", "tobedetermined", "tobeconfirmed", "tobedecided"}
+)
+
+
+def is_placeholder(text: str) -> bool:
+    """Tell whether a text only holds the place of one.
+
+    >>> [is_placeholder(text) for text in ("T. B. D.", "…", "to be determined", "TBD by test", "")]
+    [True, True, True, False, False]
+    """
+    return text != "" and re.sub(r"[\W_]+", "", _plain(text)) in _PLACEHOLDERS
+
+
 # --- Decomposition of requirements over independent elements, and what argues for independence ----
 
 

@@ -80,10 +80,16 @@ IDLE_EVENT: Final = Rule(
 NOT_CERTIFIED: Final = Rule(
     "not_certified",
     "Results came out otherwise when their runs were executed again for a certificate.",
-    "Mend what they depend on and run again; or certify again no fewer runs of that campaign, "
-    "if it was the machine; or withdraw them.",
+    "Mend what they depend on, and run again: code that changed has results of its own.",
     has_view=False,
     needs_evidence=True,
+)
+
+PLACEHOLDER: Final = Rule(
+    "placeholder",
+    "A text of the concept is a placeholder.",
+    "Write what stands in its place, or leave out a key that need not be there.",
+    has_view=False,
 )
 
 CAMPAIGN_RULES: Final = (
@@ -140,7 +146,7 @@ CONCEPT_RULES: Final = _viewed(
 )
 """Rules about what the concept says."""
 
-RULES: Final = (*CONCEPT_RULES, *BUDGET_RULES, *CAMPAIGN_RULES)
+RULES: Final = (*CONCEPT_RULES, PLACEHOLDER, *BUDGET_RULES, *CAMPAIGN_RULES)
 """Every rule, in the order in which findings are listed."""
 
 _BASIS: Final = (

@@ -177,13 +177,7 @@ def _rows_of(path: Path, reader: Any) -> Table:
     header, units, words = _told_by(titles)
     if not any(header):
         raise InputError(f"{path} has no line of column names", remedy="Begin it with one.")
-    repeated = next((name for at, name in enumerate(header) if name in header[:at]), None)
-    if repeated is not None:
-        raise InputError(
-            f"column {shown(repeated)} occurs twice",
-            where=SourceLocation(str(path), 1, header.index(repeated) + 1),
-            remedy="Rename one of them.",
-        )
+    _require_once(header, str(path))
     cells: list[list[str]] = [[] for _ in header]
     lines: list[int] = []
     blank = 0
@@ -289,12 +283,22 @@ def _told_of(columns: Any) -> Mapping[str, Any]:
     }
 
 
+def _require_once(names: Sequence[str], path: str | None = None) -> None:
+    repeated = next((name for at, name in enumerate(names) if name in names[:at]), None)
+    if repeated is not None:
+        raise InputError(
+            f"column {shown(repeated)} occurs twice",
+            where=None if path is None else SourceLocation(path, 1, names.index(repeated) + 1),
+            remedy="Rename one of them.",
+        )
+
+
 def table_of(columns: Mapping[str, Any] | Any, name: str = "the table") -> Table:
     """Make a table of arrays by name, for example of a data frame.
 
     Raises:
-        InputError: The columns have unequal lengths or more than one dimension, or a whole number
-            is too large for any computation.
+        InputError: A column occurs twice, columns have unequal lengths or more than one dimension,
+            or a whole number is too large for any computation.
     """
     if not hasattr(columns, "keys"):
         raise InputError(
@@ -302,7 +306,9 @@ def table_of(columns: Mapping[str, Any] | Any, name: str = "the table") -> Table
         )
     told = _told_of(columns)
     is_beside = {ABOUT} if told and not hasattr(columns, "attrs") else set[str]()
-    cells = {str(key): _array(columns[key]) for key in columns if key not in is_beside}
+    keys = [key for key in columns if key not in is_beside]
+    _require_once([str(key) for key in keys])
+    cells = {str(key): _array(columns[key]) for key in keys}
     if len({array.shape for array in cells.values()}) > 1 or any(
         a.ndim != 1 for a in cells.values()
     ):

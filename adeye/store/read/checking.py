@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -25,6 +25,7 @@ from adeye.store.rules import (
     IDLE_EVENT,
     IDLE_FAULT,
     NOT_CERTIFIED,
+    PLACEHOLDER,
     RULES,
     UNBEGUN_EVENT,
     Rule,
@@ -224,7 +225,44 @@ def count_unknown(place: Place, campaign: str, results: Iterable[Sequence[str]])
     return unknown, total
 
 
+_TEXTS: Final = (
+    *(tables.hazardous_event, tables.safety_goal, tables.fsr, tables.element, tables.assumption),
+    *(tables.decomposition, tables.dependent_failure),
+)
+"""Parts of a concept that argue."""
+
+
+def _placeholders(connection: Connection, campaign: str) -> Iterator[Violation]:
+    """Find texts of a concept that only hold a place; the detail begins with their key."""
+    from adeye.spec.concept import is_placeholder
+
+    for table in _TEXTS:
+        found = connection.exec_driver_sql(
+            f"SELECT p.id, p.content FROM campaign c JOIN {table.name} p "  # noqa: S608 - own names
+            "ON p.concept_digest = c.concept_digest WHERE c.id = ? ORDER BY p.id",
+            (campaign,),
+        )
+        for name, content in found.all():
+            for key, text in json.loads(content).items():
+                if isinstance(text, str) and is_placeholder(text):
+                    yield Violation(PLACEHOLDER.name, table.name, name, f"{key} is {text!r}")
+
+
 def _ask(connection: Connection, rules: Iterable[Rule], campaign: str) -> tuple[Violation, ...]:
+    found = _viewed(connection, rules, campaign)
+    if PLACEHOLDER not in rules:
+        return found
+    # One of a source is told already.
+    told = {item.id for item in found if item.rule == "threshold_without_source"}
+    more = _placeholders(connection, campaign)
+    return found + tuple(
+        item
+        for item in more
+        if item.id not in told or not item.detail.startswith("threshold_source ")
+    )
+
+
+def _viewed(connection: Connection, rules: Iterable[Rule], campaign: str) -> tuple[Violation, ...]:
     return tuple(
         Violation(rule.name, str(part), str(name), str(detail))
         for rule in rules

@@ -264,6 +264,27 @@ def test_defect_is_found_by_its_rule_and_by_no_other(database: Path, made: Defec
     assert all(item.detail and "None" not in item.detail for item in found)
 
 
+@pytest.mark.parametrize(
+    ("made", "part", "detail"),
+    [
+        (content("fsr", "FSR1", threshold_source="t. b. d."), "fsr", "threshold_source is"),
+        (
+            content("decomposition", "FSR2", independence="\uff34\uff22\uff24"),
+            "decomposition",
+            "independence is",
+        ),
+        (content("safety_goal", "SG1", safe_state="to be determined"), "safety_goal", "safe_state"),
+    ],
+)
+def test_text_that_holds_the_place_of_one_is_found(
+    database: Path, made: Sow, part: str, detail: str
+) -> None:
+    sown(database, defect("placeholder", "", made))
+    (found,) = violations(database)
+    assert (found.rule, found.part) == ("placeholder", part)
+    assert found.detail.startswith(detail)
+
+
 def test_every_rule_has_a_defect() -> None:
     assert {made.rule for made in DEFECTS} == {rule.name for rule in RULES if rule.has_view}
 
