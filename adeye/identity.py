@@ -186,7 +186,11 @@ def _plain(value: Any) -> Any:
     # long.
     kind = type(value)
     if kind is list or kind is tuple:
-        return [_plain(item) for item in value]
+        # A road is thousands of numbers: no call for each.
+        return [
+            item + 0.0 if type(item) is float and math.isfinite(item) else _plain(item)
+            for item in value
+        ]
     if isinstance(value, float):
         if not math.isfinite(value):
             raise ValueError(f"{value!r} has no canonical form")

@@ -480,11 +480,14 @@ def write(
         with Repository.open(db, create=False) as repository:
             chosen = repository.find_campaign(campaign)
             content = make_manifest(repository, chosen, file or (), output.parent)
+            doubt = repository.uncertified(chosen.id)
         # Signed first: a key that cannot be used leaves nothing behind.
         signature = None if sign is None else signed(content, sign)
         write_atomically(content, output)
         if signature is not None:
             write_atomically(signature, signature_path)
+    if doubt:
+        out.talk(f"note: the manifest says that {doubt}")
     if json:
         told = None if signature is None else str(signature_path)
         shown = {"campaign": chosen.id, "manifest": str(output), "signature": told}

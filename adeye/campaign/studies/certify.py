@@ -424,25 +424,40 @@ def certify(
         )
         counter = Counter("certify", len(runs) * len(wanted), report)
         compared, context = Compared(runs), _context(repository, campaign, plan)
-        tried = [
-            (item.name, *_execute(item, plan, context, runs, compared, counter)) for item in wanted
-        ]
-        certificate = Certificate(
-            campaign=campaign.id,
-            odd=campaign.odd,
-            tool=__version__,
-            class_=PORTABLE if all(run.is_portable for run in runs) else SAME_PLATFORM,
-            executed=len(executed),
-            asked=sample,
-            sampled=len(runs),
-            verdicts=compared.verdicts,
-            strata=len({item.stratum for item in chosen}),
-            machine_dependent=sum(item.machine_dependent for item in executed),
-            # Where no run promises as much, a condition says nothing and is not named.
-            conditions=tuple((label, count) for label, count, lost in tried if count or lost),
-            findings=compared.findings(),
-            lost=sum(lost for _, _, lost in tried),
-        )
+        tried: list[tuple[str, int, int]] = []
+
+        def told() -> Certificate:
+            return Certificate(
+                campaign=campaign.id,
+                odd=campaign.odd,
+                tool=__version__,
+                class_=PORTABLE if all(run.is_portable for run in runs) else SAME_PLATFORM,
+                executed=len(executed),
+                asked=sample,
+                sampled=len(runs),
+                verdicts=compared.verdicts,
+                strata=len({item.stratum for item in chosen}),
+                machine_dependent=sum(item.machine_dependent for item in executed),
+                # Where no run promises as much, a condition says nothing and is not named.
+                conditions=tuple((label, count) for label, count, lost in tried if count or lost),
+                findings=compared.findings(),
+                lost=sum(lost for _, _, lost in tried),
+            )
+
+        try:
+            for item in wanted:
+                found = _execute(item, plan, context, runs, compared, counter)
+                tried.append((item.name, *found))
+        except BaseException as error:
+            # What differed until then did, whatever ended it.
+            differing = len(compared.findings())
+            if differing:
+                certificates.save(_record(told()))
+            if differing and isinstance(error, PlatformError):
+                kept = f"{error} That {differing:,} of the runs differ is kept."
+                raise PlatformError(kept) from error
+            raise
+        certificate = told()
         if certificate.verdicts or certificate.findings:
             certificates.save(_record(certificate))
     return certificate

@@ -43,6 +43,7 @@ _KEYS: Final = {
     "tool": str,
     "tables": dict,
     "withdrawn": list,
+    "not_certified": list,
     "files": list,
     "traces": list,
 }
@@ -83,6 +84,7 @@ def make_manifest(
         "tool": f"adeye {__version__}",
         "tables": _tables(repository, campaign.id),
         "withdrawn": [item.result_digest for item in evidence.withdrawals(campaign.id)],
+        "not_certified": list(repository.contested(campaign.id)),
         "files": [_file(path, folder) for path in files],
         "traces": [
             {"name": f"{name}{SUFFIX}", "sha256": _sha256_of_traces(traces, name)}
@@ -220,10 +222,7 @@ def _rows_differing(document: Mapping[str, Any], repository: Repository) -> Iter
     for name in sorted({*tables, *document["tables"]}):
         if tables.get(name) != document["tables"].get(name):
             yield f"table {name}: its rows of the campaign are not those that were signed"
-    now = {item.result_digest for item in evidence.withdrawals(campaign)}
-    for digest in sorted(now ^ {str(item) for item in document["withdrawn"]}):
-        since = "was withdrawn since" if digest in now else "is not withdrawn any more"
-        yield f"run {digest}: {since}"
+    yield from _doubts_differing(document, repository)
     folders = folders_of(repository.location.beside)
     kept = {f"{name}{SUFFIX}" for name in evidence.kept_files(campaign)}
     for item in document["traces"]:
@@ -235,6 +234,20 @@ def _rows_differing(document: Mapping[str, Any], repository: Repository) -> Iter
             yield f"trace {name}: {problem}"
     for name in sorted(kept):
         yield f"trace {name}: is not in the manifest"
+
+
+def _doubts_differing(document: Mapping[str, Any], repository: Repository) -> Iterator[str]:
+    """Return which results are withdrawn, or came out otherwise, as the manifest does not say."""
+    campaign = document["campaign"]
+    now = {item.result_digest for item in repository.evidence.withdrawals(campaign)}
+    for digest in sorted(now ^ {str(item) for item in document["withdrawn"]}):
+        since = "was withdrawn since" if digest in now else "is not withdrawn any more"
+        yield f"run {digest}: {since}"
+    told = set(repository.contested(campaign))
+    for digest in sorted(told ^ {str(item) for item in document["not_certified"]}):
+        here = "came out otherwise for a certificate since"
+        gone = "came out otherwise for a certificate that is not in the database"
+        yield f"run {digest}: {here if digest in told else gone}"
 
 
 def fingerprint(content: bytes) -> str:

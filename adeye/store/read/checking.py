@@ -364,11 +364,11 @@ def idle_events(connection: Connection, campaign: str) -> tuple[tuple[str, str],
     return tuple(sorted(idle - real))
 
 
-def uncertified(connection: Connection, campaign: str) -> str:
-    """Name the results of a campaign that came out otherwise for a certificate; empty for none.
+def contested(connection: Connection, campaign: str) -> dict[str, str]:
+    """Find the results of a campaign that came out otherwise for a certificate, with its last day.
 
     A certificate of any campaign that has the result tells of it, for good: that it came out as
-    it is another time, too, does not say what else it comes out as. What is withdrawn is no result.
+    it is another time, too, does not say what else it comes out as.
 
     Args:
         connection: To the database.
@@ -379,13 +379,26 @@ def uncertified(connection: Connection, campaign: str) -> str:
         for item in json.loads(findings):
             found[item["run"]] = max(at[:10], found.get(item["run"], ""))
     if not found:
-        return ""
+        return {}
     results = connection.exec_driver_sql(
+        "SELECT DISTINCT result_digest FROM campaign_case WHERE campaign_id = ? "
+        "ORDER BY result_digest",
+        (campaign,),
+    ).scalars()
+    return {run: found[run] for run in results if run in found}
+
+
+def uncertified(connection: Connection, campaign: str) -> str:
+    """Name the contested results of a campaign that stand; empty for none. See ``contested``."""
+    found = contested(connection, campaign)
+    if not found:
+        return ""
+    standing_ones = connection.exec_driver_sql(
         "SELECT DISTINCT c.result_digest FROM campaign_case c "  # noqa: S608 - own words
         f"WHERE c.campaign_id = ? AND {standing('c.result_digest')}",
         (campaign,),
     )
-    runs = sorted(found.keys() & set(results.scalars()))
+    runs = sorted(found.keys() & set(standing_ones.scalars()))
     if not runs:
         return ""
     count = "1 result" if len(runs) == 1 else f"{len(runs)} results"

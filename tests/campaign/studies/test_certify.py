@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 from dataclasses import replace
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -143,6 +144,32 @@ def test_nothing_is_certified_where_an_execution_depends_on_the_machine_this_tim
     found = certify(db, str(project.odd), sample=8)
     assert (found.is_certified, found.lost, found.findings) == (False, 1, ())
     assert found.conditions == ((FEW[0].name, 7),)
+
+
+def test_what_differed_is_kept_whatever_ends_the_rest(
+    campaign: tuple[Project, Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    calls = count()
+
+    def dying_later(task: BatchTask) -> BatchResult:
+        found = execute(task)
+        block = known(found.runs)
+        if next(calls) >= 4:
+            return BatchResult(failure="killed by SIGKILL")
+        other = ("0" * 32,) * len(block.trace_digests)
+        return replace(found, runs=replace(block, trace_digests=other))
+
+    few = Condition(1, "planned"), Condition(8, "planned")
+    monkeypatch.setattr(certificates, "CONDITIONS", few)
+    monkeypatch.setattr(certificates, "execute", dying_later)
+    project, db = campaign
+    with pytest.raises(PlatformError, match="That 4 of the runs differ is kept"):
+        certify(db, str(project.odd), sample=4)
+    with Repository.open(db) as repository:
+        (stored,) = repository.hindsight.certificates.of(repository.find_campaign("1").id)
+        assert len(stored.findings) == 4
+        code, _ = gate_code(repository, repository.find_campaign("1"))
+        assert code is ExitCode.INTEGRITY
 
 
 @pytest.mark.slow

@@ -13,6 +13,7 @@ import pytest
 
 from adeye.errors import InputError, IntegrityError, PlatformError, UsageError
 from adeye.report.formats import manifest
+from adeye.store.evidence.roots import CertificateRecord
 from adeye.store.repository import Repository
 from tests.refusals import refused
 from tests.sql import alter
@@ -107,6 +108,28 @@ def test_result_withdrawn_since_is_named(
     document["withdrawn"] = [run, "f" * 64]
     (line,) = manifest.differing(document, folder, repository)
     assert "is not withdrawn any more" in line
+
+
+def test_result_that_came_out_otherwise_is_named_before_and_after(
+    document: dict[str, Any], folder: Path, repository: Repository
+) -> None:
+    campaign = repository.find_campaign(document["campaign"])
+    run = repository.find_run("0", campaign=campaign.id).result_digest
+    assert document["not_certified"] == []
+    findings = [{"run": run, "conditions": []}]
+    found = CertificateRecord(campaign.id, "1", "portable", 4, 3, 3, 0, [], findings)
+    repository.hindsight.certificates.save(found)
+    assert list(manifest.differing(document, folder, repository)) == [
+        f"run {run}: came out otherwise for a certificate since"
+    ]
+    now = json.loads(manifest.make_manifest(repository, campaign, (), folder))
+    assert now["not_certified"] == [run]
+    # As on a copy from before.
+    now["not_certified"] += ["f" * 64]
+    (line,) = manifest.differing(now, folder, repository)
+    assert (
+        line == f"run {'f' * 64}: came out otherwise for a certificate that is not in the database"
+    )
 
 
 def test_campaign_and_traces_have_to_be_there(
