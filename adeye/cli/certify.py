@@ -119,7 +119,7 @@ def _cause(found: Certificate) -> str:
         len(item.conditions) == len(found.conditions) and item.traces <= 2
         for item in found.findings
     )
-    if not found.findings and not found.verdicts:
+    if not found.findings and not (found.verdicts or found.lost):
         return "no verdict could be compared: those that are stored were judged otherwise."
     if not found.findings:
         return (

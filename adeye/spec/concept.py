@@ -176,13 +176,21 @@ _PLACEHOLDERS: Final = frozenset(
 )
 
 
-def is_placeholder(text: str) -> bool:
-    """Tell whether a text only holds the place of one.
+_NO_ARGUMENT: Final = frozenset({"none", "no", "na", "unknown"})
 
-    >>> [is_placeholder(text) for text in ("T. B. D.", "…", "to be determined", "TBD by test", "")]
-    [True, True, True, False, False]
+
+def is_placeholder(key: str, text: str) -> bool:
+    """Tell whether a text only holds the place of one; of an argument also whether it is none.
+
+    >>> texts = ("T. B. D.", "…", "to be determined", "n/a", "TBD by test", "")
+    >>> [is_placeholder("argument", text) for text in texts]
+    [True, True, True, True, False, False]
+    >>> is_placeholder("safe_state", "none")
+    False
     """
-    return text != "" and re.sub(r"[\W_]+", "", _plain(text)) in _PLACEHOLDERS
+    bare = re.sub(r"[\W_]+", "", _plain(text))
+    is_none = key in {"independence", "argument"} and bare in _NO_ARGUMENT
+    return text != "" and (is_none or bare in _PLACEHOLDERS)
 
 
 # --- Decomposition of requirements over independent elements, and what argues for independence ----

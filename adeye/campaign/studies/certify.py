@@ -581,7 +581,7 @@ def _execute(
                 why = done.lost if done.result is None else done.result.failure
                 raise PlatformError(
                     f"a batch could not be executed again ({condition.name}): {why}. Nothing is "
-                    "certified; free memory and certify again."
+                    "certified. Mend that, or free memory, and certify again."
                 )
             counted += compared.add(condition.name, done.result.runs)
             counter.add(len(done.task.execute))

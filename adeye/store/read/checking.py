@@ -244,7 +244,7 @@ def _placeholders(connection: Connection, campaign: str) -> Iterator[Violation]:
         )
         for name, content in found.all():
             for key, text in json.loads(content).items():
-                if isinstance(text, str) and is_placeholder(text):
+                if isinstance(text, str) and is_placeholder(key, text):
                     yield Violation(PLACEHOLDER.name, table.name, name, f"{key} is {text!r}")
 
 
