@@ -335,7 +335,7 @@ def sensor_part(case: TestCase, name: str) -> Part:
     clustering = ChannelRack([case], context, _NO_PLACE, only=())
     grounds = context.road.grounds()
     ego, objects = scene.ego.copy(), scene.objects.copy()
-    unknown, near = np.zeros((1, 0, 4)), np.zeros((1, 1 + objects.shape[1]), dtype=np.int64)
+    unknown, near = np.zeros((1, 0, 6)), np.zeros((1, 1 + objects.shape[1]), dtype=np.int64)
 
     def act(tick: int) -> None:
         now = replace(scene, tick=tick, time=tick_time(tick, case.step)).copy()

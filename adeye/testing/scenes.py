@@ -110,7 +110,7 @@ def ego_estimate(road: RoadMap, ego: Floats) -> Floats:
     runs, place = len(states), np.zeros((len(states), len(columns.PLACE_COLUMNS)))
     nobody = np.zeros((runs, 0, len(columns.OBJECT_COLUMNS))), np.zeros((runs, 0, place.shape[1]))
     everyone, near = np.ones(runs, dtype=np.bool_), np.zeros((runs, 1), dtype=np.int64)
-    unknown = np.zeros((runs, 0, 4))
+    unknown = np.zeros((runs, 0, 6))
     locate_all(everyone, states, nobody[0], road.grounds(), unknown, near, place, nobody[1])
     return np.concatenate([states, place], axis=1)
 

@@ -72,9 +72,9 @@ BEGIN, END, CAP, AFTER, CAP_BACK, AFTER_BACK = range(6)
 LINE_X, LINE_Y, LINE_TURN, LINE_SINUS, LINE_COSINE, LINE_CURVATURE = range(6, 12)
 LINE_WIDTH: Final = 12
 # Of a row of a lane: d of its edges where it begins, each with its slope; the lanes of the same way
-# that touch it, -1 for none.
-RIGHT, RIGHT_SLOPE, LEFT, LEFT_SLOPE, BESIDE_RIGHT, BESIDE_LEFT = range(6, 12)
-ROW_WIDTH: Final = 12
+# that touch it, -1 for none; its number among the lanes of the ego's way, -1 for one of the other.
+RIGHT, RIGHT_SLOPE, LEFT, LEFT_SLOPE, BESIDE_RIGHT, BESIDE_LEFT, NUMBER = range(6, 13)
+ROW_WIDTH: Final = 13
 
 # Columns of a lane: its rows, its way, from which to which u one may drive in it, and the number of
 # the slab that its first row lies in.
@@ -235,6 +235,7 @@ def lay_lanes(
             # A copy in one piece compiles for seconds: numba prepares to tell why it does not fit.
             for edge in range(LEFT_SLOPE + 1 - RIGHT):
                 row[RIGHT + edge] = strips[at, st.STRIP_RIGHT + edge]
+            row[NUMBER] = strips[at, st.STRIP_LANE]
             written, at = written + 1, goes_on[at]
         _look_ahead(rows[first:written])
         low = _usable_end(rows, first, written - 1, -1) if slab_of[strip] > 0 else -math.inf
@@ -504,14 +505,22 @@ def _place(rails: Rails, who: int) -> None:
 
 @inlined
 def write_place(rails: Rails, who: int, place: Floats) -> None:
-    """Write s, d, heading and curvature of the line beside a driver, NaN before its beginning.
+    """Write the place of a driver, see ``signals.PLACE_COLUMNS``.
 
-    There the line of the road goes on backwards as it begins, these rails as a straight.
+    NaN as s stands for one before the beginning of the line, where the road goes on backwards as it
+    begins and these rails as a straight; as lane for one who is in no lane of the ego's way, or not
+    in the one that it changes to. Both are to be searched.
     """
-    vehicle = rails.vehicles[who]
-    place[0] = vehicle[n.S] if rails.marks[who, PIECE] > 0 else math.nan
-    place[1], place[2] = vehicle[D], wrap_to_pi(vehicle[TURN])
+    vehicle, row = rails.vehicles[who], rails.rows[rails.marks[who, ROW]]
+    s, d = vehicle[n.S], vehicle[D]
+    place[0] = s if rails.marks[who, PIECE] > 0 else math.nan
+    place[1], place[2] = d, wrap_to_pi(vehicle[TURN])
     place[3] = vehicle[CURVATURE]
+    beyond = s - row[BEGIN]
+    # As `strips.lane_and_center` has them, to the bit.
+    right, left = row[RIGHT] + row[RIGHT_SLOPE] * beyond, row[LEFT] + row[LEFT_SLOPE] * beyond
+    is_in = row[BEGIN] <= s < row[END] and right <= d < left and row[NUMBER] >= 0.0
+    place[4], place[5] = row[NUMBER] if is_in else math.nan, d - 0.5 * (right + left)
 
 
 # --- Who drives ahead of whom, and what drivers make of it ----------------------------------------

@@ -84,7 +84,7 @@ class BatchTraffic(Staged):
         if cases[0].scenario.world.road.has_strips:
             if self._is_reactive:
                 self._rails = lay_rails(world, stage.scene(), vehicles, marks)
-                self._known = np.full((stage.runs, len(world.scripted), 4), math.nan)
+                self._known = np.full((stage.runs, len(world.scripted), 6), math.nan)
             return world.context, stage.scene()
         pieces = road.segments.shape[1]
         lanes: Floats = np.zeros((stage.runs, pieces * road.lanes, network.LANE_WIDTH))

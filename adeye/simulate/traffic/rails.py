@@ -184,7 +184,7 @@ def react_on_rails(running: Bools, laid: Laid, step: float, reacted: Floats, kno
         laid: In and out, of all runs (B, ...).
         step: [s].
         reacted: (B, A, 5) states of the reactive actors, out.
-        known: (B, A, 4) their places, out; see ``stage.locate_all``.
+        known: (B, A, 6) their places, out; see ``stage.locate_all``.
     """
     for run in range(running.shape[0]):
         if running[run]:

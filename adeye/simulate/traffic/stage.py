@@ -551,19 +551,27 @@ def locate(ground: Ground, x: float, y: float, place: Floats) -> None:
 def locate_near(ground: Ground, near: int, x: float, y: float, place: Floats) -> int:
     """Do what ``locate`` does, from the segment beside which the point was; return that."""
     s, d, heading, curvature, near = local_near(ground.segments, ground.guide, near, x, y)
-    _write_place(ground, s, d, heading, curvature, place)
+    place[signals.PLACE_S], place[signals.PLACE_D] = s, d
+    place[signals.PLACE_HEADING], place[signals.PLACE_CURVATURE] = heading, curvature
+    _write_lane(ground, place)
     return near
 
 
 @inlined
-def _write_place(
-    ground: Ground, s: float, d: float, heading: float, curvature: float, place: Floats
-) -> None:
-    """Write a place of which the lane is still to be found."""
-    place[signals.PLACE_S], place[signals.PLACE_D] = s, d
-    place[signals.PLACE_HEADING], place[signals.PLACE_CURVATURE] = heading, curvature
+def _write_lane(ground: Ground, place: Floats) -> None:
+    """Write the lane of a place, and the offset from its centre."""
+    s, d = place[signals.PLACE_S], place[signals.PLACE_D]
     lane, center = lane_and_center(ground, s, d)
     place[signals.PLACE_LANE], place[signals.PLACE_OFFSET] = lane, d - center
+
+
+@inlined
+def _take_place(ground: Ground, known: Floats, place: Floats) -> None:
+    """Take a place that is known, and find its lane where that is not."""
+    for column in range(known.shape[0]):
+        place[column] = known[column]
+    if math.isnan(known[signals.PLACE_LANE]):
+        _write_lane(ground, place)
 
 
 @compiled
@@ -584,8 +592,8 @@ def locate_all(  # noqa: PLR0913, PLR0917 - a kernel
         ego: (B, 7) states.
         objects: (B, M, 5) states.
         grounds: Their roads.
-        known: (B, A, 4) s, d, road's heading and curvature of the first A objects where whoever
-            moves them knows them, NaN where not; A may be 0.
+        known: (B, A, 6) places of the first A objects where whoever moves them knows them; NaN as
+            s where not, and as lane where only that is not known. A may be 0.
         near: (B, 1 + M) segments that ego and objects were beside, in and out; zeros at first.
         ego_place: (B, 6) out.
         object_places: (B, M, 6) out.
@@ -596,9 +604,8 @@ def locate_all(  # noqa: PLR0913, PLR0917 - a kernel
         ground = ground_of(grounds, run)
         near[run, 0] = locate_near(ground, near[run, 0], ego[run, 0], ego[run, 1], ego_place[run])
         for thing in range(objects.shape[1]):
-            if thing < known.shape[1] and not math.isnan(known[run, thing, 0]):
-                s, d, heading, curvature = known[run, thing]
-                _write_place(ground, s, d, heading, curvature, object_places[run, thing])
+            if thing < known.shape[1] and not math.isnan(known[run, thing, signals.PLACE_S]):
+                _take_place(ground, known[run, thing], object_places[run, thing])
                 continue
             x, y = objects[run, thing, 0], objects[run, thing, 1]
             near[run, 1 + thing] = locate_near(
@@ -663,7 +670,7 @@ class Stage:
         self._everyone: Bools = np.ones(self.runs, dtype=np.bool_)
         self._contacts.update(self._everyone, self.ego, self.objects, self.ego, self.objects)
         self._follows = bool(context.road.slabs.shape[1] and world.scripted.any())
-        self._nothing_known: Floats = np.zeros((self.runs, 0, 4))
+        self._nothing_known: Floats = np.zeros((self.runs, 0, 6))
         self._settle(self._everyone, self._nothing_known)
 
     def advance(
@@ -679,7 +686,7 @@ class Stage:
             command: (B, 2) acting acceleration [m/s²] and steering angle [rad].
             reacted: (B, A, 5) states at the next tick of the reactive actors; others are not read.
             friction: (B,) of the ego's tyres; None for that of the road.
-            known: (B, A, 4) where along the road they are then, see ``locate_all``.
+            known: (B, A, 6) where along the road they are then, see ``locate_all``.
         """
         running = self.ending.running
         before = self.scene() if self._drivers is not None else None

@@ -277,7 +277,7 @@ def test_places_that_drivers_on_rails_know_are_those_that_a_search_finds() -> No
     start = {"oncoming": True, "lane": 0, "s": "90 m", "speed": "25 m/s"}
     actors = {**DENSE, "against": {**car(0, "0 m", "0 m/s", "25 m/s"), "start": start}}
     context, scene = traffic.reset([imported(world={"road": road}, actors=actors)])
-    unknown, near = np.zeros((1, 0, 4)), np.zeros((1, 1 + len(actors)), dtype=np.int64)
+    unknown, near = np.zeros((1, 0, 6)), np.zeros((1, 1 + len(actors)), dtype=np.int64)
     before, who = 0, context.object_ids.index("against")
     for _ in range(200):
         scene = traffic.step(np.zeros((1, 2)))

@@ -379,7 +379,7 @@ def test_ego_and_objects_of_running_runs_are_located() -> None:
     objects[:, :, 0], objects[:, :, 1] = [[20.0, 30.0]], [[5.25, -1.0]]
     ego_place, places = np.full((2, 6), 7.0), np.full((2, 2, 6), 7.0)
     grounds = straight_road(2).grounds()
-    unknown, near = np.zeros((2, 0, 4)), np.zeros((2, 3), dtype=np.int64)
+    unknown, near = np.zeros((2, 0, 6)), np.zeros((2, 3), dtype=np.int64)
     locate_all(np.array([True, False]), ego, objects, grounds, unknown, near, ego_place, places)
     assert ego_place[0, :2].tolist() == [10.0, 1.75]
     assert places[0, :, signals.PLACE_S].tolist() == [20.0, 30.0]

@@ -160,7 +160,7 @@ def values_at(
     places = np.zeros((runs, 6)), np.zeros((runs, len(world.objects[0]), 6))
     grounds, whole = world.context.road.grounds(), np.ones(runs, dtype=np.bool_)
     near = np.zeros((runs, 1 + world.objects.shape[1]), dtype=np.int64)
-    locate_all(whole, world.ego, world.objects, grounds, np.zeros((runs, 0, 4)), near, *places)
+    locate_all(whole, world.ego, world.objects, grounds, np.zeros((runs, 0, 6)), near, *places)
     events = len(cases[0].scenario.storyboard)
     scene = Scene(
         tick=tick,
