@@ -27,9 +27,10 @@ import numpy as np
 
 from adeye.kernel import criticality
 from adeye.kernel.boxes import Extent, Vector, box_distance, box_of, placed_box_distance
+from adeye.kernel.criticality import road_gap
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import allocating, compiled, inlined
-from adeye.kernel.road import lane_way, road_gap
+from adeye.kernel.road import lane_way
 from adeye.signals import (
     EGO_ACCELERATION,
     EGO_HEADING,

@@ -28,8 +28,9 @@ from adeye.judge.conflict import (
 )
 from adeye.kernel import criticality, encounter
 from adeye.kernel.boxes import box_distance, box_of
+from adeye.kernel.criticality import road_gap
 from adeye.kernel.jit import allocating, inlined
-from adeye.kernel.road import lane_way, road_gap
+from adeye.kernel.road import lane_way
 from adeye.signals import Floats, Ints, Shorts
 
 MTTC, ETTC, MDRAC, DST, MTC, TTB, TTS, TTK, TTR, STN = range(10)

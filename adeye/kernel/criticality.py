@@ -17,8 +17,13 @@ from __future__ import annotations
 
 import math
 
-from adeye.kernel.elementary import exp
+import numpy as np
+from numpy.typing import NDArray
+
+from adeye.kernel.elementary import exp, sin_cos
 from adeye.kernel.jit import compiled
+
+Floats = NDArray[np.float64]
 
 # --- Safe distances of responsibility-sensitive safety (RSS): behind, towards and beside others ---
 
@@ -416,6 +421,44 @@ def stopping_distance(speed: float, delay: float, deceleration: float) -> float:
     if deceleration <= 0.0:
         return math.inf
     return speed * delay + speed * speed / (2.0 * deceleration)
+
+
+@compiled
+def road_gap(apart: float, ego_extent: float, other_extent: float) -> float:
+    """Bumper-to-bumper gap along a lane [m]: positive ahead, negative behind, 0 side by side.
+
+    Args:
+        apart: From the ego's centre to that of the other, as of ``road.lane_way`` [m].
+        ego_extent: Half of the length that the ego takes along the road [m].
+        other_extent: Half of the length that the other takes [m].
+    """
+    free = max(0.0, abs(apart) - ego_extent - other_extent)
+    return math.copysign(free, apart)
+
+
+@compiled
+def road_ttc(gap: float, ego_speed: float, other_speed: float) -> float:
+    """Time to collision along the road at constant speeds [s], inf if the gap does not close.
+
+    Args:
+        gap: As of ``road_gap`` [m].
+        ego_speed: Along the lane [m/s].
+        other_speed: Along the same lane, see ``lane_share`` [m/s].
+    """
+    closing = (ego_speed - other_speed) * math.copysign(1.0, gap)
+    return abs(gap) / closing if closing > 0.0 else math.inf
+
+
+@compiled
+def road_extent(size: Floats, angle: float) -> float:
+    """Half of the length that a box takes along the road [m].
+
+    Args:
+        size: (3,) length, width, height [m].
+        angle: Heading relative to the road [rad].
+    """
+    sine, cosine = sin_cos(angle)
+    return float(0.5 * (size[0] * abs(cosine) + size[1] * abs(sine)))
 
 
 # --- Margins of following with assumptions on how both brake, and how grave a collision is --------

@@ -16,7 +16,7 @@ from adeye.kernel import profiles
 from adeye.kernel.boxes import wrap_to_pi
 from adeye.kernel.elementary import atan2, sin_cos, tan
 from adeye.kernel.jit import allocating, compiled, inlined
-from adeye.kernel.road import Ground, depth_at, lane_of, local, position, refuge_depth
+from adeye.kernel.road import Ground, depth_at, lane_of, place_on, position, refuge_depth
 from adeye.kernel.stops import RULE_REFUGE, place_kind, rate_footprint
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ def fill_ground(
         for j in range(ys.shape[0]):
             x = ego[0] + cosine * xs[i] - sine * ys[j]
             y = ego[1] + sine * xs[i] + cosine * ys[j]
-            s, d, heading, _ = local(ground.segments, x, y)
+            s, d, heading, _ = place_on(ground, x, y)
             kinds[i, j] = place_kind(ground, s, d)
             lane[i, j] = lane_of(ground, s, d)
             refuge[i, j] = -1
@@ -211,7 +211,7 @@ def sweep(
         cell: Edge of a cell [m].
         times: (X, Y) in and out [s].
     """
-    s, d, heading, _ = local(ground.segments, body[0], body[1])
+    s, d, heading, _ = place_on(ground, body[0], body[1])
     sine, cosine = sin_cos(heading)
     forward = cosine * velocity[0] + sine * velocity[1]
     sideways = cosine * velocity[1] - sine * velocity[0]

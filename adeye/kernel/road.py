@@ -104,12 +104,14 @@ def _project(along: float, across: float, length: float, curvature: float) -> tu
 
 
 # Columns of what is known of a segment of a line of many: how long the line is before it [m], sine
-# and cosine of its heading, and how near to its start [m] a point is for which no segment begins
-# nearer but one of its two neighbours on either side.
+# and cosine of its heading, and how near to its start [m] a point is that no part of the line comes
+# nearer to but this segment and two on either side.
 GUIDE_S, GUIDE_SINE, GUIDE_COSINE, GUIDE_NEAR = range(4)
 GUIDE_WIDTH: Final = 4
 NO_GUIDE: Final = np.zeros((0, GUIDE_WIDTH))
 _BESIDE: Final = 2
+_TURNED: Final = 1.5
+"""[rad]."""
 
 
 @compiled
@@ -120,20 +122,35 @@ def lay_guide(segments: Floats, guide: Floats) -> None:
         segments: (K, 5), see the module.
         guide: (K, GUIDE_WIDTH) out.
     """
-    before = 0.0
-    for k in range(segments.shape[0]):
+    before, last = 0.0, segments.shape[0] - 1
+    end_x, end_y, _ = position(segments[last:], segments[last, 3], 0.0)
+    for k in range(last + 1):
         guide[k, GUIDE_S] = before
         before += segments[k, 3]
         guide[k, GUIDE_SINE], guide[k, GUIDE_COSINE] = sin_cos(segments[k, 2])
-        apart = math.inf
-        for other in range(segments.shape[0]):
-            if abs(other - k) > _BESIDE:
-                dx = segments[other, 0] - segments[k, 0]
-                dy = segments[other, 1] - segments[k, 1]
-                apart = min(apart, dx * dx + dy * dy)
+        x, y, apart, turn = segments[k, 0], segments[k, 1], math.inf, 0.0
+        for other in range(last + 1):
+            if abs(other - k) <= _BESIDE:
+                turn += abs(segments[other, 3] * segments[other, 4])
+                continue
+            to_x = segments[other + 1, 0] if other < last else end_x
+            to_y = segments[other + 1, 1] if other < last else end_y
+            begin = _distance(segments[other, 0] - x, segments[other, 1] - y)
+            apart = min(apart, _least(begin, _distance(to_x - x, to_y - y), segments[other, 3]))
         # Who is at less than half the way to all others is farther from them; a millimetre amply
-        # covers the rounding.
-        guide[k, GUIDE_NEAR] = 0.5 * math.sqrt(apart) - 1e-3
+        # covers the rounding. Where the line turns round in between, walking along it may mislead.
+        guide[k, GUIDE_NEAR] = 0.5 * apart - 1e-3 if turn < _TURNED else -1.0
+
+
+@inlined
+def _distance(dx: float, dy: float) -> float:
+    return math.sqrt(dx * dx + dy * dy)
+
+
+@inlined
+def _least(begin: float, end: float, length: float) -> float:
+    """Return how near a segment comes at least, of the distances of its ends: by here is no way."""
+    return 0.5 * (begin + end - length)
 
 
 @inlined
@@ -145,19 +162,60 @@ def _aim(segments: Floats, guide: Floats, k: int) -> tuple[float, float]:
 
 
 @inlined
-def _nearest_start(segments: Floats, guide: Floats, near: int, x: float, y: float) -> int:
-    """Return the segment that begins nearest to a point, the first of those; ``near``: a guess."""
-    low, high = 0, segments.shape[0]
-    if guide.shape[0]:
-        dx, dy = x - segments[near, 0], y - segments[near, 1]
-        reach = guide[near, GUIDE_NEAR]
-        if reach > 0.0 and dx * dx + dy * dy < reach * reach:
-            low, high = max(0, near - _BESIDE), min(high, near + _BESIDE + 1)
-    k, nearest = 0, math.inf
-    for row in range(low, high):
-        dx, dy = x - segments[row, 0], y - segments[row, 1]
-        distance = dx * dx + dy * dy
-        if distance < nearest:
+def _is_near(segments: Floats, guide: Floats, near: int, x: float, y: float) -> bool:
+    """Tell whether only segments around a guessed one come into question for a point."""
+    if not guide.shape[0]:
+        return False
+    dx, dy, reach = x - segments[near, 0], y - segments[near, 1], guide[near, GUIDE_NEAR]
+    return bool(reach > 0.0 and dx * dx + dy * dy < reach * reach)
+
+
+@inlined
+def _walk(segments: Floats, guide: Floats, k: int, x: float, y: float) -> int:
+    """Go on while a point is past the normal at a segment's end, back while before its start."""
+    last = segments.shape[0] - 1
+    while k > 0:
+        sine, cosine = _aim(segments, guide, k)
+        if (x - segments[k, 0]) * cosine + (y - segments[k, 1]) * sine >= 0.0:
+            break
+        k -= 1
+    while k < last:
+        sine, cosine = _aim(segments, guide, k + 1)
+        if (x - segments[k + 1, 0]) * cosine + (y - segments[k + 1, 1]) * sine < 0.0:
+            break
+        k += 1
+    return k
+
+
+@inlined
+def _beside(segments: Floats, guide: Floats, k: int, x: float, y: float) -> tuple[float, float]:
+    """Return (s, d) of a point, s from the start of a segment."""
+    sine, cosine = _aim(segments, guide, k)
+    dx, dy = x - segments[k, 0], y - segments[k, 1]
+    length, curvature = segments[k, 3], segments[k, 4]
+    return _project(dx * cosine + dy * sine, dy * cosine - dx * sine, length, curvature)
+
+
+@compiled
+def _nearer(segments: Floats, guide: Floats, k: int, x: float, y: float, d: float) -> int:
+    """Return the segment that is nearest to a point where one is nearer than d [m], else k.
+
+    A long segment may pass by far from where it begins, as the other way of a hairpin does.
+    """
+    nearest, last = abs(d), segments.shape[0] - 1
+    for row in range(last + 1):
+        dx, dy, length = x - segments[row, 0], y - segments[row, 1], segments[row, 3]
+        reach, square = nearest + length, dx * dx + dy * dy
+        if abs(row - k) <= 1 or square >= reach * reach:
+            continue
+        if row < last:
+            end = _distance(x - segments[row + 1, 0], y - segments[row + 1, 1])
+            if _least(math.sqrt(square), end, length) >= nearest:
+                continue
+        s, aside = _beside(segments, guide, row, x, y)
+        over = max(0.0, -s if row > 0 else 0.0, s - length if row < last else 0.0)
+        distance = _distance(aside, over)
+        if distance < nearest - 1e-9:
             k, nearest = row, distance
     return k
 
@@ -168,28 +226,28 @@ def _local_of_many(
 ) -> tuple[float, float, float, float, int]:
     """Do what ``local`` does where there are many segments, and look closely at few of them.
 
-    From the segment that begins nearest it goes on while the point is past the normal at the end,
-    and back while it is before that at the start. Neighbours share these, so that s and d have no
-    step there. Right for points nearer to the line than its radius. The guide is that of the line
-    or has no rows; last comes the segment that the point is beside.
+    From the segment that begins nearest it goes to the one between whose normals the point is.
+    Neighbours share these, so that s and d have no step there. Right for points nearer to the line
+    than its radius. The guide is that of the line or has no rows; last comes the segment that the
+    point is beside.
     """
-    last = segments.shape[0] - 1
-    k = _nearest_start(segments, guide, near, x, y)
-    sine, cosine = _aim(segments, guide, k)
-    while k > 0 and (x - segments[k, 0]) * cosine + (y - segments[k, 1]) * sine < 0.0:
-        k -= 1
-        sine, cosine = _aim(segments, guide, k)
-    while k < last:
-        ahead = _aim(segments, guide, k + 1)
-        way = (x - segments[k + 1, 0]) * ahead[1] + (y - segments[k + 1, 1]) * ahead[0]
-        if way < 0.0:
-            break
-        k += 1
-        sine, cosine = ahead
-    dx, dy = x - segments[k, 0], y - segments[k, 1]
-    length, curvature = segments[k, 3], float(segments[k, 4])
-    s, d = _project(dx * cosine + dy * sine, dy * cosine - dx * sine, length, curvature)
-    before = 0.0
+    is_near = _is_near(segments, guide, near, x, y)
+    low = max(0, near - _BESIDE) if is_near else 0
+    high = min(segments.shape[0], near + _BESIDE + 1) if is_near else segments.shape[0]
+    k, nearest = 0, math.inf
+    for row in range(low, high):
+        dx, dy = x - segments[row, 0], y - segments[row, 1]
+        distance = dx * dx + dy * dy
+        if distance < nearest:
+            k, nearest = row, distance
+    k = _walk(segments, guide, k, x, y)
+    s, d = _beside(segments, guide, k, x, y)
+    is_near = is_near or _is_near(segments, guide, k, x, y)
+    other = k if is_near else _nearer(segments, guide, k, x, y, d)
+    if other != k:
+        k = _walk(segments, guide, other, x, y)
+        s, d = _beside(segments, guide, k, x, y)
+    before, curvature = 0.0, float(segments[k, 4])
     if guide.shape[0]:
         before = guide[k, GUIDE_S]
     else:
@@ -302,44 +360,6 @@ def lane_way(s: float, heading: float, d: float, other_s: float, other_heading: 
     return math.copysign(0.0, along) if way * along < 0.0 else way
 
 
-@compiled
-def road_gap(apart: float, ego_extent: float, other_extent: float) -> float:
-    """Bumper-to-bumper gap along a lane [m]: positive ahead, negative behind, 0 side by side.
-
-    Args:
-        apart: From the ego's centre to that of the other, as of ``lane_way`` [m].
-        ego_extent: Half of the length that the ego takes along the road [m].
-        other_extent: Half of the length that the other takes [m].
-    """
-    free = max(0.0, abs(apart) - ego_extent - other_extent)
-    return math.copysign(free, apart)
-
-
-@compiled
-def road_ttc(gap: float, ego_speed: float, other_speed: float) -> float:
-    """Time to collision along the road at constant speeds [s], inf if the gap does not close.
-
-    Args:
-        gap: As of ``road_gap`` [m].
-        ego_speed: Along the lane [m/s].
-        other_speed: Along the same lane, see ``lane_share`` [m/s].
-    """
-    closing = (ego_speed - other_speed) * math.copysign(1.0, gap)
-    return abs(gap) / closing if closing > 0.0 else math.inf
-
-
-@compiled
-def road_extent(size: Floats, angle: float) -> float:
-    """Half of the length that a box takes along the road [m].
-
-    Args:
-        size: (3,) length, width, height [m].
-        angle: Heading relative to the road [rad].
-    """
-    sine, cosine = sin_cos(angle)
-    return float(0.5 * (size[0] * abs(cosine) + size[1] * abs(sine)))
-
-
 @inlined
 def curvature_at(segments: Floats, s: float) -> float:
     """Return the curvature of a reference line [1/m].
@@ -429,6 +449,13 @@ def ground_of(grounds: Grounds, run: int) -> Ground:
         grounds.limits[run],
         grounds.guide[run],
     )
+
+
+@inlined
+def place_on(ground: Ground, x: float, y: float) -> tuple[float, float, float, float]:
+    """Return the place of a point on a road, see ``local``; of many segments it is found sooner."""
+    s, d, heading, curvature, _ = local_near(ground.segments, ground.guide, 0, x, y)
+    return s, d, heading, curvature
 
 
 @inlined

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from adeye.kernel import road
+from adeye.kernel import criticality, road
 from adeye.kernel.storyboard import advance
 from adeye.signals import REFUGE_KINDS
 from tests.kernel.stop_limits import GROUND
@@ -67,6 +67,20 @@ def test_of_many_segments_the_place_is_the_nearest_of_theirs() -> None:
             error = aside * aside + beyond * beyond
             places.append((error, before[k] + way, aside, heading, curvature))
         assert road.local(line, x, y) == pytest.approx(min(places)[1:], abs=1e-9)
+
+
+def test_other_way_of_a_hairpin_is_not_taken_for_this_one() -> None:
+    turn = [(9.5, 1.0 / 24.0)] * 8
+    line = chain((650.0, 0.0), *turn, (650.0, 0.0))
+    assert len(line) > road.MANY
+    guide = np.zeros((len(line), road.GUIDE_WIDTH))
+    road.lay_guide(line, guide)
+    for near, s in enumerate((3.0, 300.0, 600.0, 649.0, 700.0, 727.0, 900.0, 1300.0, 1370.0)):
+        for d in (-9.0, 0.0, 5.0, 15.0):
+            x, y, heading = road.position(line, s, d)
+            for found in (road.local(line, x, y), road.local_near(line, guide, near, x, y)):
+                assert found[:2] == pytest.approx((s, d), abs=1e-6)
+                assert math.cos(found[2] - heading) == pytest.approx(1.0)
 
 
 def test_whatever_segment_is_guessed_the_place_is_the_same_to_the_bit() -> None:
@@ -333,20 +347,20 @@ def test_the_width_of_a_bay_in_a_curve_is_across_the_road() -> None:
 
 
 def test_a_faster_one_behind_closes() -> None:
-    assert road.road_ttc(-10.0, 20.0, 25.0) == 2.0
-    assert road.road_ttc(-10.0, 20.0, 20.0) == math.inf
-    assert road.road_ttc(10.0, 0.0, 0.0) == math.inf
-    assert road.road_ttc(10.0, 20.0, -5.0) == 0.4
+    assert criticality.road_ttc(-10.0, 20.0, 25.0) == 2.0
+    assert criticality.road_ttc(-10.0, 20.0, 20.0) == math.inf
+    assert criticality.road_ttc(10.0, 0.0, 0.0) == math.inf
+    assert criticality.road_ttc(10.0, 20.0, -5.0) == 0.4
 
 
 def test_a_gap_has_the_sign_of_where_the_other_is() -> None:
-    assert road.road_gap(10.0, 2.0, 3.0) == 5.0
-    assert road.road_gap(-10.0, 2.0, 3.0) == -5.0
-    assert road.road_gap(4.0, 2.0, 3.0) == 0.0
+    assert criticality.road_gap(10.0, 2.0, 3.0) == 5.0
+    assert criticality.road_gap(-10.0, 2.0, 3.0) == -5.0
+    assert criticality.road_gap(4.0, 2.0, 3.0) == 0.0
 
 
 def test_a_box_across_the_road_takes_its_width_along_it() -> None:
     size = np.array([12.0, 2.5, 3.8])
-    assert road.road_extent(size, 0.0) == 6.0
-    assert road.road_extent(size, math.pi / 2) == pytest.approx(1.25)
-    assert road.road_extent(size, math.pi) == pytest.approx(6.0)
+    assert criticality.road_extent(size, 0.0) == 6.0
+    assert criticality.road_extent(size, math.pi / 2) == pytest.approx(1.25)
+    assert criticality.road_extent(size, math.pi) == pytest.approx(6.0)

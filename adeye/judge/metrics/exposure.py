@@ -16,10 +16,11 @@ from adeye.judge.series import SERIES
 from adeye.kernel.criticality import (
     crash_probability,
     proportion_of_stopping_distance,
+    road_gap,
     safe_distance_ratio,
 )
 from adeye.kernel.jit import allocating
-from adeye.kernel.road import lane_way, road_gap
+from adeye.kernel.road import lane_way
 from adeye.ports import MetricColumn
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from adeye.kernel.criticality import required_deceleration, time_to_collision
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import inlined
 from adeye.kernel.profiles import MIN_LATERAL_SPEED
-from adeye.kernel.road import Ground, ground_of, has_strips, lane_way, local
+from adeye.kernel.road import Ground, ground_of, has_strips, lane_way, place_on
 from adeye.simulate.channels.perception import tracks as columns
 from adeye.simulate.channels.perception.pose import (
     POSE_ALIGN,
@@ -97,7 +97,7 @@ def view_path(seen: Seen, run: int, path_d: float, path: Floats) -> None:
         track = tracks[row]
         x = ego_x + cosine * track[columns.TRACK_X] - sine * track[columns.TRACK_Y]
         y = ego_y + sine * track[columns.TRACK_X] + cosine * track[columns.TRACK_Y]
-        s, d, heading, _ = local(ground.segments, x, y)
+        s, d, heading, _ = place_on(ground, x, y)
         if s <= ego_s:
             continue
         apart = lane_way(ego_s, road, ego_d, s, heading)

@@ -11,10 +11,11 @@ from adeye import signals
 from adeye.errors import SpecError
 from adeye.kernel import storyboard
 from adeye.kernel.boxes import box_distance, box_of
+from adeye.kernel.criticality import road_extent, road_gap, road_ttc
 from adeye.kernel.elementary import cos
 from adeye.kernel.jit import compiled
 from adeye.kernel.postfix import PUSH_VARIABLE, Programs
-from adeye.kernel.road import lane_way, road_extent, road_gap, road_ttc
+from adeye.kernel.road import lane_way
 from adeye.kernel.storyboard import Script
 from adeye.signals import (
     Bools,

@@ -42,7 +42,7 @@ from adeye import signals
 from adeye.kernel.boxes import wrap_to_pi
 from adeye.kernel.elementary import atan, atan2, exp, sin_cos
 from adeye.kernel.jit import compiled, inlined
-from adeye.kernel.road import Ground, Grounds, center_at, ground_of, lane_of, local
+from adeye.kernel.road import Ground, Grounds, center_at, ground_of, lane_of, local, place_on
 from adeye.signals import Floats, parameter_record, spec_columns
 
 if TYPE_CHECKING:
@@ -734,7 +734,7 @@ def _write(record: Any, ground: Ground, state: Floats, row: Floats, estimate: Fl
         atan(record["wheelbase"] * rate / speed) if speed > MOVING else 0.0
     )
     estimate[signals.EGO_YAW_RATE] = rate
-    s, d, road_heading, curvature = local(ground.segments, x, y)
+    s, d, road_heading, curvature = place_on(ground, x, y)
     place = estimate[signals.ESTIMATE_PLACE :]
     place[signals.PLACE_S], place[signals.PLACE_D] = s, d
     place[signals.PLACE_HEADING], place[signals.PLACE_CURVATURE] = road_heading, curvature

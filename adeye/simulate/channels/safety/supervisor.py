@@ -16,7 +16,7 @@ from adeye.kernel.criticality import rss_longitudinal_distance
 from adeye.kernel.elementary import sin_cos, tan
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.road import REST_AREA as REST_AREA_KIND
-from adeye.kernel.road import far_edge, ground_of, lane_way, local, right_edge, shoulder_width
+from adeye.kernel.road import far_edge, ground_of, lane_way, place_on, right_edge, shoulder_width
 from adeye.kernel.stops import ANYWHERE, ONLY_REST_AREA, ROADSIDE, STOP_LEVELS
 from adeye.signals import (
     DEGRADED,
@@ -290,7 +290,7 @@ def critical_area(batch: Batch, run: int, rule: Floats) -> bool:
             continue
         x = pose[POSE_X] + cosine * track[columns.TRACK_X] - sine * track[columns.TRACK_Y]
         y = pose[POSE_Y] + sine * track[columns.TRACK_X] + cosine * track[columns.TRACK_Y]
-        s, d, heading, _ = local(ground.segments, x, y)
+        s, d, heading, _ = place_on(ground, x, y)
         way = lane_way(pose[POSE_S], road, pose[POSE_D], s, heading)
         aside = abs(offset_from_corridor(d, batch.memory[run, in_lane.MEMORY_PATH], pose[POSE_D]))
         turn_sine, turn_cosine = sin_cos(pose[POSE_HEADING] - heading)

@@ -20,7 +20,7 @@ from adeye.kernel.criticality import required_deceleration
 from adeye.kernel.elementary import sin_cos
 from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.profiles import at_path, margin_at, predict_body
-from adeye.kernel.road import Ground, ground_of, lane_width, limit_at, local
+from adeye.kernel.road import Ground, ground_of, lane_width, limit_at, place_on
 from adeye.signals import FIRST_FREE, LAST_FREE
 from adeye.simulate.channels.corridor import MAX_SPEED_VARIANCE, extent_of
 from adeye.simulate.channels.driving import room_to_stand, way_to_change
@@ -74,7 +74,7 @@ def predict_objects(seen: Seen, run: int, interval: float, room: Others) -> Othe
             continue
         x = pose[POSE_X] + cosine * track[columns.TRACK_X] - sine * track[columns.TRACK_Y]
         y = pose[POSE_Y] + sine * track[columns.TRACK_X] + cosine * track[columns.TRACK_Y]
-        s, d, heading, _ = local(ground.segments, x, y)
+        s, d, heading, _ = place_on(ground, x, y)
         turn_sine, turn_cosine = sin_cos(pose[POSE_HEADING] - heading)
         forward = turn_cosine * track[columns.TRACK_VX] - turn_sine * track[columns.TRACK_VY]
         sideways = turn_sine * track[columns.TRACK_VX] + turn_cosine * track[columns.TRACK_VY]
