@@ -20,9 +20,8 @@ import tracemalloc
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import yaml
-from growth import ODD, ROOT, _step
 from support.command import drive, ratios, spread
+from support.sample import write_sample
 
 from adeye.campaign.plan import make_plan
 from adeye.campaign.run import run_campaign
@@ -53,26 +52,6 @@ class Clock:
         return run
 
 
-def sample(folder: Path, samples: int) -> Path:
-    """Write an ODD with so many test cases."""
-    content = yaml.safe_load(ODD.read_text("utf-8"))
-    for use in content["scenarios"]:
-        use["sweep"]["design"] = "random"
-        use["sweep"]["samples"] = samples // 2
-        for name, axis in use["sweep"]["parameters"].items():
-            if isinstance(axis, list):
-                use["sweep"]["parameters"][name] = {
-                    "from": axis[0], "to": axis[-1], "step": _step(axis),
-                }  # fmt: skip
-    for name in ("odd", "scenarios_db"):
-        (folder / name).symlink_to(ROOT / name)
-    content["architectures"] = [f"odd/{item}" for item in content["architectures"]]
-    content["concept"] = f"odd/{content['concept']}"
-    path = folder / "sample.yaml"
-    path.write_text(yaml.safe_dump(content), "utf-8")
-    return path
-
-
 def peak_of(action: Callable[[], Any]) -> tuple[float, float]:
     """Return the time [s] and then, of another go, the peak of memory [MB]."""
     began = time.perf_counter()
@@ -94,7 +73,7 @@ def campaign(samples: int) -> dict[str, float]:
         folder = Path(name)
         os.chdir(folder)
         try:
-            plan = make_plan(sample(folder, samples))
+            plan = make_plan(write_sample(folder, samples))
             ledger.note, ledger.close = kept.timed(note), kept.timed(close)
             Repository.complete_block = saving.timed(complete)  # type: ignore[method-assign]
             run_campaign(plan, db=folder / "a.db")

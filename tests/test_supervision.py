@@ -218,8 +218,10 @@ def ran(folder: Path, place: str, act: str, *options: str) -> tuple[int, str]:
     metric = Edit(DRIVING, "plugins: []", "plugins: [./part.py:Metric]")
     bench = Bench(folder).settle([kinds.get(place, metric)])
     text = PART.format(**{**dict.fromkeys(PLACES, "pass"), place: act})
-    for part in ("odd/part.py", "odd/architectures/part.py"):
-        (bench / part).write_text(f"import sys; sys.path.insert(0, {str(bench / 'odd')!r})\n{text}")
+    for name in ("odd", "odd/architectures"):
+        head = f"import sys; sys.path.insert(0, {str(bench / name)!r})\n"
+        head += "adeye_files = ['parts.py']\n" if (bench / name / "parts.py").is_file() else ""
+        (bench / name / "part.py").write_text(f"{head}{text}")
     executor = ["--executor", "./odd/part.py:Executor"] * (place == "in_executor")
     program = "import sys; from adeye.cli import main; sys.exit(main())"
     options = (*options, "--junit", "junit.xml", "--db", "x.db", "--quiet", *executor)

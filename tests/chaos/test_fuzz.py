@@ -201,6 +201,7 @@ def project(tmp_path: Path, unset: pytest.MonkeyPatch) -> Path:
         "baseline.json": next((ROOT / "reports/baselines").glob("*.json")).read_text("utf-8"),
         "odd/data.yaml": FILES[IN_ODD]
         .replace("full_factorial", "random\n      samples: 20")
+        .replace("{from: 30 m, to: 50 m, step: 10 m}", "[30 m, 50 m]")
         .replace("[80 km/h, 100 km/h]", "{empirical: speeds.csv, column: dv, unit: km/h}"),
     }  # fmt: skip
     for name, text in {**FILES, **shipped}.items():
