@@ -258,21 +258,26 @@ class Lanes:
         width = np.minimum(left[:, 1:] - right[:, 1:], left[:, :-1] - right[:, :-1])
         own = np.array([row in self.own.get(section, ()) for row in rows])
         is_lane = (width >= across.LEAST_LANE) & own[:, np.newaxis]
+        limits = self._limits(rows, places, along)
         for low, high in _straights(np.concatenate([right, left]), is_lane, along):
-            found, number = [], 0
             far = along[high] - along[low]
             widest = width[:, low:high].max(axis=1)
-            for item, row in enumerate(rows):
-                kind = self._kind(section, ordered[item])
-                if widest[item] <= 0.0:
-                    continue
-                lane = number if is_lane[item, low] else -1
-                number += lane >= 0
-                numbers = [float(kind), float(self._way(row, section)), self._limit(row), lane]
-                for side in (right[item], left[item]):
-                    numbers += [side[low], (side[high] - side[low]) / far]
-                found.append(tuple(round(float(value), _DIGITS) for value in numbers))
-            yield round(float(along[low]), _DIGITS), tuple(found)
+            inside = [begin for begin in limits if along[low] < begin < along[high]]
+            for begin in (float(along[low]), *inside):
+                held = limits[max(at for at in limits if at <= begin)]
+                found, number = [], 0
+                for item, row in enumerate(rows):
+                    kind = self._kind(section, ordered[item])
+                    if widest[item] <= 0.0:
+                        continue
+                    lane = number if is_lane[item, low] else -1
+                    number += lane >= 0
+                    numbers = [float(kind), float(self._way(row, section)), held[item], lane]
+                    for side in (right[item], left[item]):
+                        slope = (side[high] - side[low]) / far
+                        numbers += [side[low] + slope * (begin - along[low]), slope]
+                    found.append(tuple(round(float(value), _DIGITS) for value in numbers))
+                yield round(begin, _DIGITS), tuple(found)
 
     def _grades(
         self, section: Section, places: Floats, along: Floats
@@ -292,9 +297,28 @@ class Lanes:
         is_driven = self.graph.kind[row] in {network.DRIVE, network.BUS}
         return int(self.graph.way[row]) * section.way if is_driven else 0
 
-    def _limit(self, row: int) -> float:
-        limit = float(self.graph.limit[row])
-        return limit if math.isfinite(limit) else -1.0
+    def _limits(
+        self, rows: Sequence[int], places: Floats, along: Floats
+    ) -> dict[float, tuple[float, ...]]:
+        """Return from where on the line [m] which limits hold in lanes [m/s], -1 for none known."""
+        low, high = sorted((float(places[0]), float(places[-1])))
+        spans = zip(rows, self.graph.start[rows], self.graph.end[rows], strict=True)
+        told = [network.limits_along(self.rows, row, *span) for row, *span in spans]
+        changes = {s for limits in told for s, _ in limits if low < s < high}
+        backward = bool(places[0] > places[-1])
+        course = (places[::-1], along[::-1]) if backward else (places, along)
+        edges = sorted({low, high, *changes}, reverse=backward)
+        found: dict[float, tuple[float, ...]] = {}
+        for low, high in pairwise(edges):
+            middle = 0.5 * (low + high)
+            here = [
+                next((limit for s, limit in reversed(limits) if s <= middle), math.nan)
+                for limits in told
+            ]
+            held = tuple(limit if math.isfinite(limit) else -1.0 for limit in here)
+            if not found or held != list(found.values())[-1]:
+                found[float(np.interp(low, *course))] = held
+        return found
 
 
 def _straights(edges: Floats, marks: NDArray[np.bool_], along: Floats) -> Iterator[tuple[int, int]]:

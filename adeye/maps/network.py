@@ -359,13 +359,28 @@ def _span(rows: Rows, row: int) -> tuple[float, float]:
     return road.sections[number].s, section_end(road, number)
 
 
-def _limit(rows: Rows, row: int, start: float, end: float) -> float:
-    """Return the least limit along a lane: its own, where it is silent that of its road."""
+def limits_along(rows: Rows, row: int, start: float, end: float) -> list[tuple[float, float]]:
+    """Return from where along the road [m] on which limit holds in a lane [m/s].
+
+    Its own, where it is silent that of its road; infinite for none, NaN where both are silent.
+
+    Args:
+        rows: Lanes of the map.
+        row: The lane.
+        start: Where its section begins [m].
+        end: Where that ends [m].
+    """
     lane, road = rows.lanes[row], rows.map.roads[rows.keys[row][0]]
-    own = [speed.limit for speed in lane.speeds]
-    if not lane.speeds or lane.speeds[0].s > 0.0:
-        first = max((kind.s for kind in road.types if kind.s <= start), default=start)
-        until = start + lane.speeds[0].s if lane.speeds else end
-        own += [kind.limit for kind in road.types if first <= kind.s < until]
-    known = [limit for limit in own if limit == limit]  # noqa: PLR0124 - not NaN
-    return min(known, default=np.nan)
+    own = [(start + speed.s, speed.limit) for speed in lane.speeds]
+    until = own[0][0] if own else end
+    if until <= start and own:
+        return own
+    first = max((kind.s for kind in road.types if kind.s <= start), default=start)
+    kinds = (kind for kind in road.types if first <= kind.s < until)
+    return [(max(kind.s, start), kind.limit) for kind in kinds] + own
+
+
+def _limit(rows: Rows, row: int, start: float, end: float) -> float:
+    """Return the least limit along a lane, see ``limits_along``."""
+    limits = (limit for _, limit in limits_along(rows, row, start, end))
+    return min((limit for limit in limits if not np.isnan(limit)), default=np.nan)

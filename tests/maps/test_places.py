@@ -8,7 +8,15 @@ import pytest
 
 from adeye.kernel import strips
 from adeye.maps.carriageway import Lanes
-from adeye.maps.opendrive import Connection, Junction, OpenDrive, Road, RoadLink, RoadType
+from adeye.maps.opendrive import (
+    Connection,
+    Junction,
+    LaneSpeed,
+    OpenDrive,
+    Road,
+    RoadLink,
+    RoadType,
+)
 from adeye.maps.places import Asked, Place, Places, places_of
 from tests.drawn_roads import cubics, lane, network, piece, road, section
 
@@ -380,6 +388,30 @@ def test_what_says_no_type_of_road_is_taken_for_none_beside_one_that_does() -> N
     assert all(place.is_guessed and place.is_type_guessed for place in of().places)
     for kind in ("pedestrian", "bicycle"):
         assert set(of(RoadType(0.0, kind, 5.0, 1)).refused) >= {"on a road that is none for cars"}
+
+
+def test_limit_holds_from_where_it_changes_in_the_middle_of_a_section() -> None:
+    def limits(key: str) -> list[tuple[float, list[float]]]:
+        place = place_at(drawn, key, before=50.0, after=250.0)
+        slabs = zip(place.road.slabs, own(place), strict=True)
+        return [(s, [strip[strips.STRIP_LIMIT] for strip in lanes]) for (s, _), lanes in slabs]
+
+    slower = (LaneSpeed(120.0, 8.0, 1), LaneSpeed(180.0, 14.0, 1))
+    drawn = network(
+        straight(
+            section(lane(1, WIDE), lane(0), lane(-1, WIDE), lane(-2, WIDE, speeds=slower)),
+            types=(RoadType(0.0, "town", 13.0, 1), RoadType(150.0, "town", 5.0, 1)),
+        )
+    )
+    # From the right: the lane that has its own, which goes on where that of the road changes.
+    assert limits("m:1+100") == [
+        (0.0, [13.0, 13.0]),
+        (pytest.approx(70.0), [8.0, 13.0]),
+        (pytest.approx(100.0), [8.0, 5.0]),
+        (pytest.approx(130.0), [14.0, 5.0]),
+    ]
+    # The slabs are those of both ways.
+    assert limits("m:1-300") == [(0.0, [5.0]), (170.0, [5.0]), (200.0, [13.0]), (230.0, [13.0])]
 
 
 @pytest.mark.parametrize(("kind", "limit"), [("motorway", 130.0), ("rural", 100.0), ("town", 50.0)])
