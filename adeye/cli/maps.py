@@ -57,7 +57,8 @@ def show_map(file: MapFile, strict: Strict = False, json: Json = False) -> None:
             "Roads": f"{document['roads']:,}, {document['length_m'] / 1000.0:,.3f} km",
             "Junctions": f"{document['junctions']:,}",
             "Lanes": f"{document['lanes']:,}, {document['driving_lanes']:,} to drive on",
-            "Signals": f"{document['signals']:,}",
+            "Signals": f"{document['signals']:,}"
+            + (", drawn and exported; no run heeds them" if document["signals"] else ""),
             "Geometry": out.listed(f"{n:,} {kind}" for kind, n in document["geometry"].items()),
         }
     )

@@ -163,34 +163,38 @@ def spelled_twice(elements: Iterable[Element]) -> Iterator[Problem]:
                 yield ("elements", number, *place), f"{what}. Name one thing under one key"
 
 
+def _unmarked(text: str) -> str:
+    return "".join(item for item in text if unicodedata.category(item) != "Cf")
+
+
 def _plain(name: str) -> str:
     """Return what a name is without its spelling: marks that nobody sees, case, spaces, hyphens."""
-    seen = "".join(item for item in name if unicodedata.category(item) != "Cf")
-    folded = unicodedata.normalize("NFKC", unicodedata.normalize("NFKC", seen).casefold())
+    seen = unicodedata.normalize("NFKC", _unmarked(name))
+    folded = unicodedata.normalize("NFKC", seen.casefold())
     return re.sub(r"[\s_-]+", "", folded)
 
 
-_PLACEHOLDERS: Final = frozenset(
-    {"", "todo", "fixme", "xxx", "tbd", "tbc", "tba"}
-    | {"tobedefined", "tobedetermined", "tobeconfirmed", "tobedecided"}
+_PLACEHOLDER: Final = re.compile(
+    r"[\W_]*((t[\W_]*b[\W_]*[adc]|to[\W_]?do|fixme|x{3,})([\W_].*)?)?", re.S
 )
-
-
 _NO_ARGUMENT: Final = frozenset({"none", "no", "na", "unknown"})
 
 
 def is_placeholder(key: str, text: str) -> bool:
     """Tell whether a text only holds the place of one; of an argument also whether it is none.
 
-    >>> texts = ("T. B. D.", "…", "to be determined", "n/a", "TBD by test", "")
+    >>> texts = ("T. B. D.", "…", "to be determined", "n/a", "TBD (J. Doe)", "", "a tbd limit")
     >>> [is_placeholder("argument", text) for text in texts]
-    [True, True, True, True, False, False]
+    [True, True, True, True, True, False, False]
     >>> is_placeholder("safe_state", "none")
     False
     """
-    bare = re.sub(r"[\W_]+", "", _plain(text))
-    is_none = key in {"independence", "argument"} and bare in _NO_ARGUMENT
-    return text != "" and (is_none or bare in _PLACEHOLDERS)
+    plain = unicodedata.normalize("NFKC", _unmarked(text)).casefold()
+    bare = re.sub(r"[\W_]+", "", plain)
+    is_none = key in {"independence", "argument", "reason"} and bare in _NO_ARGUMENT
+    is_to_be = re.fullmatch(r"(tobe|pending|placeholder)[a-z]{0,12}", bare) is not None
+    held = is_to_be or _PLACEHOLDER.fullmatch(plain) is not None
+    return text != "" and (is_none or held)
 
 
 # --- Decomposition of requirements over independent elements, and what argues for independence ----
@@ -663,6 +667,9 @@ class Concept(FileRecord):
             ):
                 yield from _unknown(("requirements", at, key), named, known)
         for at, waiver in enumerate(self.waivers):
+            for key in ("reason", "author"):
+                if is_placeholder(key, text := getattr(waiver, key)):
+                    yield ("waivers", at, key), f"{shown(text)} holds the place of one. Write it"
             loc = ("waivers", at, "requirement")
             yield from _unknown_part(loc, (waiver.requirement,), ids["requirements"], "requirement")
         yield from unprovided(self.elements)

@@ -81,12 +81,13 @@ _SHOWN: Final = frozenset(
 """Parameters of an address that hold no secret; what others hold is not known."""
 _SECRETS: Final = ("password", "sslpassword")
 _LIKE_A_SERVER: Final = re.compile(r"\s*postgres\w*(\+\w+)?:|.*passw(or)?d\s*=", re.I | re.S)
+_UID: Final = r"(?:adeye|local):[\w.]+@\d+(?![^\s'\",.]|\.\w)"
 _TYPED: Final = re.compile(
     r"(\bpostgres\w*(?:\+\w+)?:/*[^\s:@]*:).*@[^\s'\"]*|"
-    # A word is looked at from its beginning only, and so far: a message may quote a whole file.
-    # The uid of a metric, such as adeye:gap@1, has a number where a server has its name.
-    r"((?:(?<!\w)\w+:)?//[^\s:/@'\"]*(?::|%3a)|(?<![\w/])\w+:)[^\s/@'\"]{1,999}"
-    r"@(?!\d{1,4}(?!\w)(?![.:/-]\w))[^\s'\"]*|"
+    # A word is looked at from its beginning only, and so far: a message may quote a whole file. The
+    # uid of a metric is no address.
+    r"((?:(?<!\w)\w+:)?//[^\s:/@'\"]*(?::|%3a)|(?<![\w/])(?!" + _UID + r")\w+:)"
+    r"[^\s/@'\"]{1,999}@[^\s'\"]*|"
     r"(passw(?:or)?d\s*=\s*)(?:'[^']*'|[^\s&'\"]+)",
     re.I,
 )

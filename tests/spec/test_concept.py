@@ -147,6 +147,19 @@ def test_broken_references_are_refused() -> None:
         refused(ValidationError, Concept.model_validate, changed(content(), path, value))
 
 
+def test_waiver_needs_a_reason_and_an_author_not_what_stands_for_them() -> None:
+    own = {**WAIVER, "requirement": content()["requirements"][0]["id"]}
+    Concept.model_validate(changed(content(), "waivers", [own]))
+    for change in (
+        {"reason": "TBD"},
+        {"reason": "n/a"},
+        {"author": "TODO"},
+        {"reason": "t.b.d. (J)"},
+    ):
+        made = changed(content(), "waivers", [own | change])
+        refused(ValidationError, Concept.model_validate, made, says="holds the place of one")
+
+
 def test_verdict_depends_on_the_measure_not_on_the_text() -> None:
     first = Concept.model_validate(content()).requirements[0]
     other = content()

@@ -99,6 +99,18 @@ def test_no_word_about_an_address_holds_a_part_of_its_secret(
     assert not [(text, part) for text in said for part in PARTS if part in text]
 
 
+@pytest.mark.parametrize(
+    "typed",
+    [
+        *("pg://me:hunter@1@host/db", "//me:hunter@1@host/db", "me:hunter@1@host", "me:hunter@10"),
+        *("mysql://me:hunter@10", "x://me:hunter@1?x=1", "local:hunter@1@host", "a:hunter@123"),
+        *("adeye:hunter@1.host", "local:hunter@1$x", "x://local:hunter@1 said"),
+    ],
+)
+def test_password_before_a_number_is_masked(typed: str) -> None:
+    assert "hunter" not in masked(f"SpecError: {typed}: there is no such file.")
+
+
 def test_password_behind_a_colon_that_is_spelt_is_masked() -> None:
     address = "postgresql://me%3Acanary@host/evidence"
     caught = refused(InputError, locate, address, says="cannot be read as a URL")

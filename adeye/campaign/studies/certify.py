@@ -425,6 +425,7 @@ def certify(
         counter = Counter("certify", len(runs) * len(wanted), report)
         compared, context = Compared(runs), _context(repository, campaign, plan)
         tried: list[tuple[str, int, int]] = []
+        kept = 0
 
         def told() -> Certificate:
             return Certificate(
@@ -448,14 +449,18 @@ def certify(
             for item in wanted:
                 found = _execute(item, plan, context, runs, compared, counter)
                 tried.append((item.name, *found))
+                # No end of the process can take it back then.
+                if len(compared.findings()) > kept and item is not wanted[-1]:
+                    certificates.save(_record(told()))
+                    kept = len(compared.findings())
         except BaseException as error:
             # What differed until then did, whatever ended it.
             differing = len(compared.findings())
-            if differing:
+            if differing > kept:
                 certificates.save(_record(told()))
             if differing and isinstance(error, PlatformError):
-                kept = f"{error} That {differing:,} of the runs differ is kept."
-                raise PlatformError(kept) from error
+                text = f"{error} That {differing:,} of the runs differ is kept."
+                raise PlatformError(text) from error
             raise
         certificate = told()
         if certificate.verdicts or certificate.findings:

@@ -213,7 +213,13 @@ class TrafficVectorEnv(VectorEnv[Observation, Floats, Any]):
         Raises:
             UsageError: The runs were not reset, or the actions have another shape.
         """
-        command = np.asarray(actions, dtype=np.float64)
+        given = np.asarray(actions)
+        if given.dtype.kind not in "fiu" or np.ma.is_masked(actions):
+            raise UsageError(
+                f"actions are {'masked' if given.dtype.kind in 'fiu' else given.dtype}",
+                remedy="Give a number for each.",
+            )
+        command = given.astype(np.float64)
         if not self._groups:
             raise UsageError("the environment was not reset", remedy="Call reset() first.")
         if command.shape != (self.num_envs, 2):

@@ -332,7 +332,11 @@ def run_ref(item: Row[Any]) -> records.RunRef:
 
 
 def run_row(connection: Connection, result_digest: str) -> records.StoredRun | None:
-    """Read a result with its metrics, verdicts and events; None if it was not executed yet."""
+    """Read a result with its metrics, verdicts and events; None if it was not executed yet.
+
+    Raises:
+        IntegrityError: Its metrics are gone.
+    """
     query = tables.run.select().where(tables.run.c.result_digest == result_digest)
     found = connection.execute(query).mappings().first()
     if found is None:
@@ -343,8 +347,13 @@ def run_row(connection: Connection, result_digest: str) -> records.StoredRun | N
         own = connection.exec_driver_sql(f"SELECT * FROM {table} WHERE run_number = ?", (number,))  # noqa: S608 - own names
         return list(own.mappings())
 
-    (measured,) = rows("metric")
-    metrics = metric_values(measured, TABLES["metric"])
+    measured = rows("metric")
+    if len(measured) != 1:
+        raise IntegrityError(
+            f"run {result_digest[:10]} has {len(measured)} rows of metrics. Restore the database "
+            "from a copy; 'adeye db verify' names what is altered."
+        )
+    metrics = metric_values(measured[0], TABLES["metric"])
     # A run of an older release lacks the others.
     for table in ("timing", "criticality"):
         for later in rows(table):
