@@ -77,9 +77,10 @@ RIGHT, RIGHT_SLOPE, LEFT, LEFT_SLOPE, BESIDE_RIGHT, BESIDE_LEFT, NUMBER = range(
 ROW_WIDTH: Final = 13
 
 # Columns of a lane: its rows, its way, from which to which u one may drive in it, and the number of
-# the slab that its first row lies in.
-FIRST, COUNT, WAY, FROM, TO, SLAB = range(6)
-LANE_WIDTH: Final = 6
+# the slab that its first row lies in with s where that begins, which is never before that of the
+# lane in front of it in the table.
+FIRST, COUNT, WAY, FROM, TO, SLAB, START = range(7)
+LANE_WIDTH: Final = 7
 
 # Columns of a vehicle behind those of ``network``: its place beside the line; heading (never
 # wrapped) and curvature of the line there; speed along the line; half its extent along and across
@@ -246,6 +247,7 @@ def lay_lanes(
         lanes[found, FIRST], lanes[found, COUNT], lanes[found, WAY] = first, written - first, way
         lanes[found, FROM], lanes[found, TO] = (low, high) if way > 0.0 else (-high, -low)
         lanes[found, SLAB] = slab_of[strip]
+        lanes[found, START] = rows[first, BEGIN] if slab_of[strip] > 0 else -math.inf
         found += 1
     for strip in range(count):
         if lane_of[strip] >= 0:
@@ -403,7 +405,7 @@ def show_thing(rails: Rails, who: int, s: float, d: float, aslant: float, speed:
     across = abs(sine) * length + abs(cosine) * width
     bits = 0
     for lane in range(rails.lanes.shape[0]):
-        if rails.lanes[lane, COUNT] == 0.0:
+        if rails.lanes[lane, COUNT] == 0.0 or rails.lanes[lane, START] > s + vehicle[HALF]:
             break
         u = rails.lanes[lane, WAY] * s
         # Of all lanes along the road few are where a body is: only those are searched.
