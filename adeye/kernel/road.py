@@ -104,14 +104,16 @@ def _project(along: float, across: float, length: float, curvature: float) -> tu
 
 
 # Columns of what is known of a segment of a line of many: how long the line is before it [m], sine
-# and cosine of its heading, and how near to its start [m] a point is that no part of the line comes
-# nearer to but this segment and two on either side.
-GUIDE_S, GUIDE_SINE, GUIDE_COSINE, GUIDE_NEAR = range(4)
-GUIDE_WIDTH: Final = 4
+# and cosine of its heading, how near to its start [m] a point is that no part of the line comes
+# nearer to but this segment and two on either side, and the largest curvature of these [1/m].
+GUIDE_S, GUIDE_SINE, GUIDE_COSINE, GUIDE_NEAR, GUIDE_BEND = range(5)
+GUIDE_WIDTH: Final = 5
 NO_GUIDE: Final = np.zeros((0, GUIDE_WIDTH))
 _BESIDE: Final = 2
 _TURNED: Final = 1.5
 """[rad]."""
+_WITHIN: Final = 0.9
+"""Of the radius."""
 
 
 @compiled
@@ -128,10 +130,11 @@ def lay_guide(segments: Floats, guide: Floats) -> None:
         guide[k, GUIDE_S] = before
         before += segments[k, 3]
         guide[k, GUIDE_SINE], guide[k, GUIDE_COSINE] = sin_cos(segments[k, 2])
-        x, y, apart, turn = segments[k, 0], segments[k, 1], math.inf, 0.0
+        x, y, apart, turn, bend = segments[k, 0], segments[k, 1], math.inf, 0.0, 0.0
         for other in range(last + 1):
             if abs(other - k) <= _BESIDE:
                 turn += abs(segments[other, 3] * segments[other, 4])
+                bend = max(bend, abs(segments[other, 4]))
                 continue
             to_x = segments[other + 1, 0] if other < last else end_x
             to_y = segments[other + 1, 1] if other < last else end_y
@@ -140,6 +143,7 @@ def lay_guide(segments: Floats, guide: Floats) -> None:
         # Who is at less than half the way to all others is farther from them; a millimetre amply
         # covers the rounding. Where the line turns round in between, walking along it may mislead.
         guide[k, GUIDE_NEAR] = 0.5 * apart - 1e-3 if turn < _TURNED else -1.0
+        guide[k, GUIDE_BEND] = bend
 
 
 @inlined
@@ -202,22 +206,27 @@ def _nearer(segments: Floats, guide: Floats, k: int, x: float, y: float, d: floa
 
     A long segment may pass by far from where it begins, as the other way of a hairpin does.
     """
-    nearest, last = abs(d), segments.shape[0] - 1
+    nearest, last, found = abs(d), segments.shape[0] - 1, k
     for row in range(last + 1):
         dx, dy, length = x - segments[row, 0], y - segments[row, 1], segments[row, 3]
         reach, square = nearest + length, dx * dx + dy * dy
-        if abs(row - k) <= 1 or square >= reach * reach:
+        if row == k or square >= reach * reach:
             continue
+        begin = end = math.sqrt(square)
         if row < last:
             end = _distance(x - segments[row + 1, 0], y - segments[row + 1, 1])
-            if _least(math.sqrt(square), end, length) >= nearest:
+            if _least(begin, end, length) >= nearest:
                 continue
         s, aside = _beside(segments, guide, row, x, y)
-        over = max(0.0, -s if row > 0 else 0.0, s - length if row < last else 0.0)
-        distance = _distance(aside, over)
+        distance = abs(aside)
+        if s < 0.0:
+            distance = begin
+        elif s > length:
+            # Where the line goes on behind its end nobody is looked for from elsewhere.
+            distance = end if row < last else math.inf
         if distance < nearest - 1e-9:
-            k, nearest = row, distance
-    return k
+            found, nearest = row, distance
+    return found
 
 
 @compiled
@@ -242,10 +251,13 @@ def _local_of_many(
             k, nearest = row, distance
     k = _walk(segments, guide, k, x, y)
     s, d = _beside(segments, guide, k, x, y)
-    is_near = is_near or _is_near(segments, guide, k, x, y)
+    # Beyond the centre of a bend walking along it may mislead, too.
+    is_near = is_near and abs(d) * guide[near, GUIDE_BEND] < _WITHIN
+    if not is_near and _is_near(segments, guide, k, x, y):
+        is_near = abs(d) * guide[k, GUIDE_BEND] < _WITHIN
     other = k if is_near else _nearer(segments, guide, k, x, y, d)
     if other != k:
-        k = _walk(segments, guide, other, x, y)
+        k = other
         s, d = _beside(segments, guide, k, x, y)
     before, curvature = 0.0, float(segments[k, 4])
     if guide.shape[0]:

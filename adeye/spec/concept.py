@@ -676,6 +676,16 @@ class Concept(FileRecord):
         yield from spelled_twice(self.elements)
         yield from reference_problems(self)
 
+    @finds
+    def _requirements_have_columns(self) -> Iterator[Problem]:
+        names = [item.id for item in self.requirements]
+        folded = [re.sub(r"[^a-z0-9]+", "_", name.lower()) for name in names]
+        for at in repeated(folded):
+            first = names[folded.index(folded[at])]
+            if names[at] != first:
+                what = f"{names[at]!r} and {first!r} would be one column of results"
+                yield ("requirements", at, "id"), f"{what}. Name one otherwise"
+
     def goal_asil(self, goal_id: str) -> Asil:
         """Highest ASIL of the hazardous events behind a safety goal (QM where none has one)."""
         goal = next(item for item in self.safety_goals if item.id == goal_id)

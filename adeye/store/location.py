@@ -86,7 +86,7 @@ _TYPED: Final = re.compile(
     r"(\bpostgres\w*(?:\+\w+)?:/*[^\s:@]*:).*@[^\s'\"]*|"
     # A word is looked at from its beginning only, and so far: a message may quote a whole file. The
     # uid of a metric is no address.
-    r"((?:(?<!\w)\w+:)?//[^\s:/@'\"]*(?::|%3a)|(?<![\w/])(?!" + _UID + r")\w+:)"
+    r"((?:(?<!\w)\w+:/{1,2}|//)[^\s:/@'\"]*(?::|%3a)|(?<![\w/])(?!" + _UID + r")\w+:)"
     r"[^\s/@'\"]{1,999}@[^\s'\"]*|"
     r"(passw(?:or)?d\s*=\s*)(?:'[^']*'|[^\s&'\"]+)",
     re.I,

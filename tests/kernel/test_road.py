@@ -83,6 +83,38 @@ def test_other_way_of_a_hairpin_is_not_taken_for_this_one() -> None:
                 assert math.cos(found[2] - heading) == pytest.approx(1.0)
 
 
+def nearest_of(line: Floats, x: float, y: float) -> float:
+    """Return how near a line of many segments comes to a point between its ends."""
+    found = []
+    for k in range(len(line)):
+        s, d, *_ = road.local(line[k : k + 1], x, y)
+        if 0.0 <= s <= line[k, 3]:
+            found.append(abs(d))
+        found.append(math.hypot(x - line[k, 0], y - line[k, 1]))
+    return min(found)
+
+
+def test_nearest_part_of_a_line_is_found_however_it_turns() -> None:
+    draw = np.random.default_rng(3)
+    for _ in range(40):
+        # Straights and bends of ten metres to hundreds, hairpins among them.
+        pieces: list[tuple[float, float]] = []
+        while len(pieces) <= road.MANY:
+            radius, angle = draw.uniform(25.0, 120.0), draw.uniform(-2.8, 2.8)
+            pieces += [(draw.uniform(10.0, 600.0), 0.0)]
+            pieces += [(abs(angle) * radius, math.copysign(1.0 / radius, angle))]
+        line = chain(*pieces)
+        guide = np.zeros((len(line), road.GUIDE_WIDTH))
+        road.lay_guide(line, guide)
+        for s in draw.uniform(20.0, road.road_length(line) - 20.0, 60):
+            x, y, _ = road.position(line, s, draw.uniform(-15.0, 15.0))
+            found = road.local(line, x, y)
+            if 0.0 <= found[0] <= road.road_length(line):
+                assert abs(found[1]) == pytest.approx(nearest_of(line, x, y), abs=1e-8)
+            near = int(draw.integers(len(line)))
+            assert road.local_near(line, guide, near, x, y)[:4] == found
+
+
 def test_whatever_segment_is_guessed_the_place_is_the_same_to_the_bit() -> None:
     draw = np.random.default_rng(11)
     # With loops, so that parts of the line that are far apart along it lie beside each other.

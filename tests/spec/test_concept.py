@@ -147,6 +147,13 @@ def test_broken_references_are_refused() -> None:
         refused(ValidationError, Concept.model_validate, changed(content(), path, value))
 
 
+def test_requirements_have_a_column_of_results_each() -> None:
+    made = content()
+    first = made["requirements"][0]
+    made["requirements"].append({**first, "id": first["id"].swapcase()})
+    refused(ValidationError, Concept.model_validate, made, says="would be one column of results")
+
+
 def test_waiver_needs_a_reason_and_an_author_not_what_stands_for_them() -> None:
     own = {**WAIVER, "requirement": content()["requirements"][0]["id"]}
     Concept.model_validate(changed(content(), "waivers", [own]))

@@ -104,7 +104,12 @@ def test_no_word_about_an_address_holds_a_part_of_its_secret(
     [
         *("pg://me:hunter@1@host/db", "//me:hunter@1@host/db", "me:hunter@1@host", "me:hunter@10"),
         *("mysql://me:hunter@10", "x://me:hunter@1?x=1", "local:hunter@1@host", "a:hunter@123"),
-        *("adeye:hunter@1.host", "local:hunter@1$x", "x://local:hunter@1 said"),
+        *(
+            "pg:/me:hunter@h/x",
+            "adeye:hunter@1.host",
+            "local:hunter@1$x",
+            "x://local:hunter@1 said",
+        ),
     ],
 )
 def test_password_before_a_number_is_masked(typed: str) -> None:

@@ -17,7 +17,7 @@ from adeye.store.repository import Repository
 from adeye.store.tables import METRIC_IDS
 from adeye.units import UNITS, Dimension
 from tests.postgres import Server
-from tests.store.conftest import Example, Store, requirement
+from tests.store.conftest import Example, Store
 from tests.store.raw import raw_connection
 
 Tables = dict[str, list[dict[str, Any]]]
@@ -78,16 +78,6 @@ def test_parameters_and_verdicts_are_columns(store: Store) -> None:
     with open_export(store.repository.location, None) as source:
         columns = {column.name: column for column in source.tables["runs"].columns}
     assert (columns["ego_speed_mps"].kind, columns["ego_speed_mps"].unit) == ("number", "m/s")
-
-
-def test_requirements_whose_ids_are_one_column_name_have_a_column_each(store: Store) -> None:
-    ids = ("FSR-1", "FSR.1", "FSR_1", "fsr-1")
-    store.example.requirements = tuple(requirement(name) for name in ids)
-    store.example.verdict_of = lambda _, fsr: Verdict.FAIL if fsr == ids[3] else Verdict.PASS
-    store.campaign(2)
-    (row, _) = read(store.repository.location)["runs"]
-    found = [value for name, value in row.items() if name.startswith("verdict_")]
-    assert sorted(found) == ["FAIL", "PASS", "PASS", "PASS"]
 
 
 def test_missing_result_is_not_run_and_no_row_of_runs(store: Store) -> None:
