@@ -59,17 +59,17 @@ def cost_of(cases: Sequence[TestCase], size: Size, variant: str) -> float:
     traffic = BatchTraffic("fast" if variant == "rails" else variant)
     traffic.reset(cases)
     stage, everyone = traffic._require_stage(), np.ones(size.runs, dtype=np.bool_)
-    step, reacted, laid, known = case.step, traffic._reacted, traffic._rails, traffic._known
+    step, reacted, laid = case.step, traffic._reacted, traffic._rails
     command = np.zeros((size.runs, 2))
     steps, taken = round(size.seconds / step), 0.0
     for _ in range(steps):
         start = time.process_time()
         if laid is not None:
-            rails.react_on_rails(everyone, laid, step, reacted, known)
+            rails.react_on_rails(everyone, laid, step, reacted)
         else:
             traffic._react(everyone, traffic._roads, step, reacted)
         taken += time.process_time() - start
-        stage.advance(command, reacted, None, known)
+        stage.advance(command, reacted, None, None if laid is None else laid.known)
         scene = stage.scene()
         start = time.process_time()
         if laid is not None:

@@ -175,7 +175,7 @@ def _plain(name: str) -> str:
 
 
 _PLACEHOLDER: Final = re.compile(
-    r"[\W_]*((t[\W_]*b[\W_]*[adc]|to[\W_]?do|fixme|x{3,})([\W_].*)?)?", re.S
+    r"[\W_]*((t[\W_]*b[\W_]*[adc]|todo|fixme|x{3,})([\W_].*)?|to do[\W_]*)?", re.S
 )
 _NO_ARGUMENT: Final = frozenset({"none", "no", "na", "unknown"})
 
@@ -183,7 +183,7 @@ _NO_ARGUMENT: Final = frozenset({"none", "no", "na", "unknown"})
 def is_placeholder(key: str, text: str) -> bool:
     """Tell whether a text only holds the place of one; of an argument also whether it is none.
 
-    >>> texts = ("T. B. D.", "…", "to be determined", "n/a", "TBD (J. Doe)", "", "a tbd limit")
+    >>> texts = ("T. B. D.", "…", "to be determined", "n/a", "TBD (J. Doe)", "", "To do so")
     >>> [is_placeholder("argument", text) for text in texts]
     [True, True, True, True, True, False, False]
     >>> is_placeholder("safe_state", "none")

@@ -77,14 +77,12 @@ class BatchTraffic(Staged):
         world = compile_world(cases)
         self._stage = stage = Stage(world, cases, self.base_dir, self.scenario_dir)
         self._reacted: Floats = np.zeros((stage.runs, len(world.scripted), 5))
-        self._known: Floats | None = None
         self._is_reactive = not world.scripted.all()
         vehicles, marks = _begin_vehicles(world)
         road, self._rails = world.context.road, None
         if cases[0].scenario.world.road.has_strips:
             if self._is_reactive:
                 self._rails = lay_rails(world, stage.scene(), vehicles, marks)
-                self._known = np.full((stage.runs, len(world.scripted), 6), math.nan)
             return world.context, stage.scene()
         pieces = road.segments.shape[1]
         lanes: Floats = np.zeros((stage.runs, pieces * road.lanes, network.LANE_WIDTH))
@@ -108,11 +106,12 @@ class BatchTraffic(Staged):
         stage = self._require_stage()
         running = stage.ending.running.copy()
         step, laid = stage.world.context.step, self._rails
-        if laid is not None and self._known is not None:
-            react_on_rails(running, laid, step, self._reacted, self._known)
+        if laid is not None:
+            react_on_rails(running, laid, step, self._reacted)
         elif self._is_reactive:
             self._react(running, self._roads, step, self._reacted)
-        stage.advance(command, self._reacted, friction, self._known)
+        known = None if laid is None else laid.known
+        stage.advance(command, self._reacted, friction, known)
         scene = stage.scene()
         if laid is not None:
             places = scene.ego_place, scene.object_places

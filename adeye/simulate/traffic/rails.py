@@ -12,7 +12,14 @@ from adeye.kernel.jit import compiled, inlined
 from adeye.kernel.strips import SLAB_BEGIN
 from adeye.kernel.traffic import network, rails
 from adeye.kernel.traffic.rails import Rails
-from adeye.signals import OBJECT_HEADING, OBJECT_SPEED, PLACE_D, PLACE_HEADING, PLACE_S
+from adeye.signals import (
+    OBJECT_HEADING,
+    OBJECT_SPEED,
+    PLACE_COLUMNS,
+    PLACE_D,
+    PLACE_HEADING,
+    PLACE_S,
+)
 from adeye.simulate.world.roads import RUN_OUT
 
 if TYPE_CHECKING:
@@ -26,10 +33,12 @@ class Laid(NamedTuple):
     Attributes:
         rails: Lines, lanes and rows of each road (P, ...), vehicles and marks of each run (B, ...).
         road_of: (B,) number of the road of each run; many have the same, which stays in the cache.
+        known: (B, A, 6) places of the reactive actors, see ``stage.locate_all``.
     """
 
     rails: Rails
     road_of: Ints
+    known: Floats
 
 
 def lay_rails(world: World, scene: Scene, vehicles: Floats, marks: Ints) -> Laid:
@@ -80,7 +89,8 @@ def lay_rails(world: World, scene: Scene, vehicles: Floats, marks: Ints) -> Laid
         most_rows = max(most_rows, int(ends.max(initial=0.0)))
     # Most strips are no lanes: without their room those of many roads lie closer together.
     own = own._replace(lanes=own.lanes[:, :most_lanes].copy(), rows=own.rows[:, :most_rows].copy())
-    laid = Laid(own, np.array([roads[key] for key in keys]))
+    known = np.full((runs, len(world.scripted), len(PLACE_COLUMNS)), np.nan)
+    laid = Laid(own, np.array([roads[key] for key in keys]), known)
     everyone = np.ones(runs, dtype=np.bool_)
     places = scene.ego_place, scene.object_places
     show_placed(everyone, scene.ego, scene.objects, *places, laid)
@@ -176,7 +186,7 @@ def write_reacted(vehicles: Floats, marks: Ints, reacted: Floats) -> None:
 
 
 @compiled
-def react_on_rails(running: Bools, laid: Laid, step: float, reacted: Floats, known: Floats) -> None:
+def react_on_rails(running: Bools, laid: Laid, step: float, reacted: Floats) -> None:
     """Advance the reactive actors of all runs by one tick.
 
     Args:
@@ -184,13 +194,12 @@ def react_on_rails(running: Bools, laid: Laid, step: float, reacted: Floats, kno
         laid: In and out, of all runs (B, ...).
         step: [s].
         reacted: (B, A, 5) states of the reactive actors, out.
-        known: (B, A, 6) their places, out; see ``stage.locate_all``.
     """
     for run in range(running.shape[0]):
         if running[run]:
             own = _rails_of(laid, run)
             rails.advance_rails(own, step)
             write_reacted(own.vehicles, own.marks, reacted[run])
-            for actor in range(known.shape[1]):
+            for actor in range(laid.known.shape[1]):
                 if own.marks[1 + actor, network.ROLE] >= network.FOLLOWING:
-                    rails.write_place(own, 1 + actor, known[run, actor])
+                    rails.write_place(own, 1 + actor, laid.known[run, actor])
