@@ -81,7 +81,7 @@ class Piece:
         arcs: Length [m] and curvature [1/m] of each piece of the line.
         begins: Of slabs on the line, in the order of travel [m].
         strips: Of each slab, from right to left (R, 8), see ``kernel.strips``.
-        grades: From where on the line [m] it rises how much for each metre.
+        grades: From where on the line [m] it rises how much for each metre, (G, 2).
         places: Of samples on the road [m], in the order of travel.
         along: Of the same on the line [m].
         ends: Points of the line where it begins and ends, (2, 3): x, y, heading.
@@ -93,7 +93,7 @@ class Piece:
     arcs: tuple[tuple[float, float], ...]
     begins: tuple[float, ...]
     strips: tuple[Floats, ...]
-    grades: tuple[tuple[float, float], ...]
+    grades: Floats
     places: Floats
     along: Floats
     ends: Floats
@@ -221,7 +221,7 @@ class Lanes:
             tuple(zip(rows[:, arcs.LENGTH].tolist(), rows[:, arcs.BEND].tolist(), strict=True)),
             tuple(begin for begin, _ in slabs),
             tuple(np.array(strips) for _, strips in slabs),
-            tuple(self._grades(section, places, along)),
+            np.array(list(self._grades(section, places, along))),
             places,
             along,
             points,
@@ -259,24 +259,28 @@ class Lanes:
         own = np.array([row in self.own.get(section, ()) for row in rows])
         is_lane = (width >= across.LEAST_LANE) & own[:, np.newaxis]
         limits = self._limits(rows, places, along)
+        kinds = [float(self._kind(section, strip)) for strip in ordered]
+        ways = [float(self._way(row, section)) for row in rows]
+        # Plain numbers from here on: there are many, and few at a time.
+        course, pairs = along.tolist(), list(zip(right.tolist(), left.tolist(), strict=True))
         for low, high in _straights(np.concatenate([right, left]), is_lane, along):
-            far = along[high] - along[low]
-            widest = width[:, low:high].max(axis=1)
-            inside = [begin for begin in limits if along[low] < begin < along[high]]
-            for begin in (float(along[low]), *inside):
+            far = course[high] - course[low]
+            is_wide = (width[:, low:high].max(axis=1) > 0.0).tolist()
+            is_here = is_lane[:, low].tolist()
+            inside = [begin for begin in limits if course[low] < begin < course[high]]
+            for begin in (course[low], *inside):
                 held = limits[max(at for at in limits if at <= begin)]
                 found, number = [], 0
-                for item, row in enumerate(rows):
-                    kind = self._kind(section, ordered[item])
-                    if widest[item] <= 0.0:
+                for item in range(len(rows)):
+                    if not is_wide[item]:
                         continue
-                    lane = number if is_lane[item, low] else -1
+                    lane = number if is_here[item] else -1
                     number += lane >= 0
-                    numbers = [float(kind), float(self._way(row, section)), held[item], lane]
-                    for side in (right[item], left[item]):
+                    numbers = [kinds[item], ways[item], held[item], float(lane)]
+                    for side in pairs[item]:
                         slope = (side[high] - side[low]) / far
-                        numbers += [side[low] + slope * (begin - along[low]), slope]
-                    found.append(tuple(round(float(value), _DIGITS) for value in numbers))
+                        numbers += [side[low] + slope * (begin - course[low]), slope]
+                    found.append(tuple([round(value, _DIGITS) for value in numbers]))
                 yield round(begin, _DIGITS), tuple(found)
 
     def _grades(

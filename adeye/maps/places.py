@@ -565,8 +565,9 @@ def _moved(piece: Piece, first: float, last: float, shift: float) -> Iterator[Sl
 
 def _rising(piece: Piece, first: float, last: float, shift: float) -> Iterator[tuple[float, float]]:
     """Yield the grades of a part of a piece, moved along the line."""
-    ends = [s for s, _ in piece.grades[1:]] + [piece.length]
-    for (begin, grade), end in zip(piece.grades, ends, strict=True):
+    grades = piece.grades.tolist()
+    ends = [s for s, _ in grades[1:]] + [piece.length]
+    for (begin, grade), end in zip(grades, ends, strict=True):
         if min(end, last) - max(begin, first) > 1e-6:
             yield max(0.0, round(max(begin, first) + shift, 6)), grade
 

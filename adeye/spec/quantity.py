@@ -7,10 +7,12 @@ stays an expression until a batch of test cases is compiled.
 
 from __future__ import annotations
 
+import marshal
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import date
+from functools import lru_cache
 from typing import Annotated, Any, ClassVar, Final, TypeVar
 
 from pydantic import (
@@ -263,7 +265,27 @@ Many = Annotated[tuple[T, ...], Strict(strict=False)]
 Pair = Annotated[tuple[float, float], Strict(strict=False)]
 """Two plain numbers, a list in YAML."""
 
-Slab = Annotated[tuple[float, Many[Many[float]]], Strict(strict=False)]
+
+@lru_cache(maxsize=4_096)
+def _one_of(packed: bytes) -> Any:
+    return marshal.loads(packed)  # noqa: S302 - written by this process
+
+
+def _shared(rows: tuple[tuple[float, ...], ...]) -> Any:
+    """Return rows of which equal ones are one object.
+
+    A road has thousands of numbers, and those of many places are alike. Bits tell which are equal,
+    for 0.0 is not -0.0; the second format of the bytes holds values alone.
+    """
+    return _one_of(marshal.dumps(rows, 2))
+
+
+Pairs = Annotated[Many[Pair], AfterValidator(_shared)]
+"""Pairs of numbers, lists in YAML."""
+
+Slab = Annotated[
+    tuple[float, Annotated[Many[Many[float]], AfterValidator(_shared)]], Strict(strict=False)
+]
 """A number and rows of numbers, lists in YAML."""
 
 

@@ -145,12 +145,12 @@ class Road(q.GrownRecord):
     heading: float = 0.0
     """Of an imported road: that of its start in the map [rad], with the other sign in left-hand
     traffic, as line and slabs are those of the mirror image."""
-    line: q.Many[q.Pair] = ()
+    line: q.Pairs = ()
     """Of an imported road: length [m] and curvature [1/m] of each piece of its reference line."""
     slabs: q.Many[q.Slab] = ()
     """Of an imported road: what lies across it, see ``kernel.strips``: where each slab begins [m],
     and its strips from right to left."""
-    grades: q.Many[q.Pair] = ()
+    grades: q.Pairs = ()
     """Of an imported road: from where on [m] it rises how much for each metre."""
 
     @finds

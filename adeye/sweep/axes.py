@@ -463,7 +463,7 @@ class Variants:
         if not changes:
             return spec
         if (of, changes) not in self._kept:
-            made = _changed(type(spec), content, changes)
+            made = _changed(spec, content, changes)
             if len(self._kept) >= MOST_VARIANTS:
                 self._kept.clear()
             self._kept[of, changes] = made
@@ -503,17 +503,24 @@ class _Changed:
         return ""
 
 
-def _changed(model: type[Spec], content: Mapping[str, Any], changes: tuple[Change, ...]) -> Spec:
+def _changed(spec: Spec, content: Mapping[str, Any], changes: tuple[Change, ...]) -> Spec:
     changed = content
     for change in changes:
         value: Any = list(change.value) if isinstance(change.value, tuple) else change.value
         value = dict(value.content) if isinstance(value, PlaceRoad) else value
         changed = with_path(changed, change.path, value)
     try:
-        return validate(_Changed(changed, changes), model)
+        made = validate(_Changed(changed, changes), type(spec))
     except InputError as error:
         first = error.errors[0] if isinstance(error, InputErrors) else error
         what = ", ".join(map(str, changes))
         raise SweepError(
             f"with {what}: {first.message}", where=first.where, remedy=first.remedy
         ) from error
+    # Of thousands of variants most parts are those of the file: they share them.
+    # What the record itself makes of several is another where one of these is.
+    names = made.model_fields_set - {change.path[0] for change in changes}
+    parts = {name: getattr(spec, name) for name in names}
+    return made.model_copy(
+        update={name: part for name, part in parts.items() if part == getattr(made, name)}
+    )

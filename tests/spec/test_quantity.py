@@ -6,7 +6,16 @@ from pydantic import ValidationError
 from adeye.errors import ExpressionError, SpecError
 from adeye.simulate.world.clock import period_ticks, ticks
 from adeye.spec.expression import parse
-from adeye.spec.quantity import SI, Condition, LengthFormula, Many, Record, Speed, require_dimension
+from adeye.spec.quantity import (
+    SI,
+    Condition,
+    LengthFormula,
+    Many,
+    Pairs,
+    Record,
+    Speed,
+    require_dimension,
+)
 from adeye.units import Dimension
 from tests.refusals import refused
 
@@ -18,6 +27,7 @@ class Example(Record):
     gap: LengthFormula = parse("0 m")
     when: Condition = parse("true")
     items: Many[int] = ()
+    line: Pairs = ()
 
 
 def test_quantity_becomes_si() -> None:
@@ -54,6 +64,16 @@ def test_condition_must_be_text() -> None:
 def test_list_becomes_tuple_and_scalars_stay_strict() -> None:
     assert Example.model_validate({"items": [1, 2]}).items == (1, 2)
     refused(ValidationError, Example.model_validate, {"items": ["1"]})
+
+
+def test_equal_rows_are_one_object_and_keep_their_bits() -> None:
+    rows = [[1.0, -0.0], [2.0, 3.0]]
+    first, second, other = (
+        Example.model_validate({"line": line}).line for line in (rows, rows, [[1.0, 0.0], rows[1]])
+    )
+    assert first is second
+    assert repr(first) == "((1.0, -0.0), (2.0, 3.0))"
+    assert repr(other) == "((1.0, 0.0), (2.0, 3.0))"
 
 
 def test_require_dimension_names_both() -> None:

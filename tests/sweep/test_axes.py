@@ -1,6 +1,7 @@
 """Axes: values of a quantity, overrides by path, and values for people."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -10,7 +11,7 @@ from hypothesis import strategies as st
 from adeye.errors import SourceLocation, SweepError
 from adeye.spec.load import OddFiles
 from adeye.spec.odd import Sweep
-from adeye.spec.scenario import Parameter
+from adeye.spec.scenario import LogicalScenario, Parameter
 from adeye.sweep import axes
 from adeye.sweep import values as swept
 from adeye.sweep.axes import parameter_value as value_of
@@ -180,6 +181,32 @@ def test_equal_changes_give_one_record(load: Callable[..., OddFiles]) -> None:
     assert near is not far
     assert getattr(far.sensors["front_radar"], "range", None) == 150.0
     assert getattr(loaded.spec.sensors["front_radar"], "range", None) == 200.0
+
+
+def test_variants_share_the_parts_that_are_the_same(load: Load) -> None:
+    loaded = load().scenarios["cut_in"]
+    made = axes.Variants().of(loaded, (change("world.road.lanes", 4),))
+    assert made.world is not loaded.spec.world
+    assert made.actors is loaded.spec.actors
+    # What the file leaves to its default is not written by the sweep either.
+    assert made.model_fields_set == loaded.spec.model_fields_set
+
+
+def test_what_a_record_makes_of_a_changed_part_is_of_the_change(load: Load) -> None:
+    loaded = load().scenarios["cut_in"]
+    aside = {
+        "actor": "cutter",
+        "when": "time >= 1 s",
+        "lane_change": {"to_lane": 1, "lateral_speed": "1 m/s"},
+    }
+    actors = {**loaded.content["actors"], "other": loaded.content["actors"]["cutter"]}
+    board = {"swerve": aside, "cut_in": aside}
+    content = {**loaded.content, "actors": actors, "storyboard": board}
+    spec = LogicalScenario.model_validate(content)
+    assert spec.order == ("swerve", "cut_in")
+    actor = change("storyboard.swerve.actor", "other")
+    made = axes.Variants().of(replace(loaded, spec=spec, content=content), (actor,))
+    assert made.order == ()
 
 
 def test_numbers_and_words_keep_their_type(load: Load) -> None:
