@@ -72,8 +72,9 @@ class _Ranging(SensorRecord):
     mount: Mount
     field_of_view: FieldOfView
     range: PositiveLength
-    min_visible: Share = 0.5
-    """Smallest unoccluded share of an object's angular extent that is detected."""
+    min_visible: Annotated[q.Number, Field(gt=0.0, le=1.0)] = 0.5
+    """Smallest unoccluded share of an object's angular extent that is detected; never 0, with which
+    it would see what is behind it or behind a truck."""
 
 
 class Camera(_Ranging):

@@ -1,5 +1,6 @@
 """Bounds of plausibility: slips of units and digits are refused with their place, unless meant."""
 
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -49,6 +50,22 @@ def test_part_beyond_the_plausible_is_refused_unless_it_is_meant(
     other = next(name for name in BOUNDS if name != bound)
     with pytest.raises(SpecError, match="is not plausible"):
         load_architecture(edited(ARCHITECTURE, tmp_path, path, value, beyond_plausible=[other]))
+
+
+@pytest.mark.parametrize(
+    ("source", "path"),
+    [
+        ("lidar", "sensors.roof_lidar.reference_reflectivity"),
+        ("study_camera_radar", "sensors.front_radar.reference_cross_section"),
+    ],
+)
+def test_range_is_not_specified_at_what_nobody_can_see(
+    tmp_path: Path, source: str, path: str
+) -> None:
+    # It would see other objects far beyond the range that the file says.
+    shutil.copytree(ARCHITECTURE.parent, tmp_path, dirs_exist_ok=True)
+    file = edited(ARCHITECTURE.with_name(f"{source}.yaml"), tmp_path, path, 1e-6)
+    refused(SpecError, load_architecture, file, says=f"{path}: .* is not plausible")
 
 
 def test_bound_that_there_is_not_cannot_be_lifted(tmp_path: Path) -> None:

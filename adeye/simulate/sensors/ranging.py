@@ -506,7 +506,7 @@ def _is_seen(  # noqa: PLR0913, PLR0917 - a kernel
     across = ahead_x * look[sight.DY] - ahead_y * look[sight.DX]
     outside = abs(across) * cosine - along * sine
     has_edges = sine > 0.0
-    is_outside = has_edges & (parameters["min_visible"] > 0.0) & (outside > look[sight.HALF])
+    is_outside = has_edges & (outside > look[sight.HALF])
     is_near = look[sight.NEAREST] <= reach
     if is_outside or not is_near:
         return False

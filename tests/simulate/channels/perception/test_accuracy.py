@@ -149,7 +149,7 @@ def normalised_innovation(sensor: Mapping[str, Any], accuracy: Floats, ticks: in
     """Return the mean of innovation squared over its assumed variance, of every number measured."""
     runs = 60
     context = scene_context(runs=runs)
-    device = RangingSensor(sensor_context(record({**sensor, "min_visible": 0.0}), context))
+    device = RangingSensor(sensor_context(record({**sensor, "min_visible": 0.01}), context))
     shown = scene(context, [(0.0, 0.0)])
     tracks, pose = np.zeros((runs, kept.TRACKS, kept.TRACK_STATE)), np.zeros(POSE_WIDTH)
     squares: list[float] = []
