@@ -6,12 +6,17 @@ from typing import Any
 
 import pytest
 import yaml
+from annotated_types import Le, Lt
+from pydantic import BaseModel
 
 from adeye.campaign.check import is_written
 from adeye.campaign.plan import make_plan
 from adeye.errors import InputError, SpecError
+from adeye.spec import plausible
 from adeye.spec.load import load_architecture, load_scenario, scenario_files, shipped
 from adeye.spec.plausible import BOUNDS
+from adeye.spec.sensors import Patch, SensorRecord, _Ranging
+from adeye.units import Dimension
 from tests.project import CANDIDATE, MINI, Project, odd_of
 from tests.refusals import refused
 from tests.stored import known, stored
@@ -66,6 +71,18 @@ def test_range_is_not_specified_at_what_nobody_can_see(
     shutil.copytree(ARCHITECTURE.parent, tmp_path, dirs_exist_ok=True)
     file = edited(ARCHITECTURE.with_name(f"{source}.yaml"), tmp_path, path, 1e-6)
     refused(SpecError, load_architecture, file, says=f"{path}: .* is not plausible")
+
+
+@pytest.mark.parametrize(
+    "record", [*SensorRecord.__subclasses__(), *_Ranging.__subclasses__(), Patch]
+)
+def test_number_of_a_sensor_has_two_ends(record: type[BaseModel]) -> None:
+    # Whatever has no unit is a share, a factor or an intensity; only a price may be any.
+    for name, dimension in plausible._dimensions(record).items():
+        if dimension is Dimension.NONE and name != "cost":
+            ends = {type(item) for item in record.model_fields[name].metadata}
+            is_bound = plausible._bound_of(f"sensors.front.{name}", dimension)
+            assert is_bound or ends & {Le, Lt}, f"{record.__name__}.{name}"
 
 
 def test_bound_that_there_is_not_cannot_be_lifted(tmp_path: Path) -> None:
