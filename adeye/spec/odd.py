@@ -343,6 +343,8 @@ class Odd(FileRecord):
     def _names_resolve(self) -> Iterator[Problem]:
         names = [use.name for use in self.scenarios]
         faults = [fault.id for fault in self.faults]
+        if self.odd == "latest":
+            yield ("odd",), "latest is the campaign that was planned last, of whichever ODD"
         for at in repeated(names):
             text = f"scenario {names[at]!r} occurs twice. Give one of them another id with `as:`"
             yield ("scenarios", at, "use"), text
