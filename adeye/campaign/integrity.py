@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, replace
+from itertools import chain
 from typing import TYPE_CHECKING, Any, Final
 
 from adeye.campaign.plan import CampaignPlan, make_plan
@@ -197,7 +198,9 @@ def planned_coverage(path: Path, strength: int) -> CoverageTable:
                 where=plan.files.odd.locate(("coverage", name)),
                 remedy="Give edges on both sides of its limit.",
             )
-    found = coverage_of(odd.attributes, odd.coverage, strength, _planned(plan.expansion))
+    written = (Situations(item.spec, {}, 0) for item in plan.files.scenarios.values())
+    situations = chain(_planned(plan.expansion), written)
+    found = coverage_of(odd.attributes, odd.coverage, strength, situations)
     count = plan.expansion.count
     outside = count - found.situations
     return CoverageTable(odd.odd, None, count, found.situations, outside, 0, 0, found)
@@ -218,9 +221,9 @@ def executed_coverage(db: str | Path | None, campaign: str | None, strength: int
     with Repository.open(db, create=False) as repository:
         info = repository.find_campaign(campaign)
         repository.require_sound(info.id, has_figures=False)
-        odd = repository.content("odd", info.odd_digest)["odd"]
+        stored = repository.content("odd", info.odd_digest)
         runs = executed_runs(repository.location, info.id)
-    found = coverage_of_runs(runs, odd, strength)
+    found = coverage_of_runs(runs, stored, strength)
     counted = found.situations
     return of_fields(
         CoverageTable, runs, odd=info.odd, campaign=info.id, counted=counted, coverage=found

@@ -46,7 +46,7 @@ def evidence_of(
         "confidence": claims_of(repository, campaign),
         "confidence_command": command(f"adeye confidence {short}"),
         "odd_coverage": odd_coverage_of(
-            repository, campaign, odd["odd"], command(f"adeye coverage {short} --json")
+            repository, campaign, odd, command(f"adeye coverage {short} --json")
         ),
         "step_uncertainty": step_uncertainty_of(
             odd["odd"], records, command(f"adeye uncertainty {short} --json")
@@ -55,17 +55,17 @@ def evidence_of(
 
 
 def odd_coverage_of(
-    repository: Repository, campaign: CampaignInfo, odd: Mapping[str, Any], command: str
+    repository: Repository, campaign: CampaignInfo, stored: Mapping[str, Any], command: str
 ) -> model.OddCoverage:
     """Count what a campaign covers of its ODD, attribute by attribute and in pairs.
 
     Args:
         repository: The database.
         campaign: The campaign.
-        odd: Stored content of the ODD's own file.
+        stored: Content of the ODD and everything that it names.
         command: Lists everything.
     """
-    exclusions = tuple(exclusions_of(odd))
+    exclusions = tuple(exclusions_of(stored["odd"]))
     if campaign.planned > MAX_COUNTED:
         return model.OddCoverage(
             planned=campaign.planned,
@@ -75,8 +75,8 @@ def odd_coverage_of(
             command=command,
         )
     runs = executed_runs(repository.location, campaign.id)
-    found = coverage_of_runs(runs, odd, 2)
-    bins = bins_of(*declared_attributes(odd))
+    found = coverage_of_runs(runs, stored, 2)
+    bins = bins_of(*declared_attributes(stored["odd"]))
     pairs = [item for item in found.combinations if len(item.attributes) == 2]
     uncovered = [
         model.UncoveredPair(

@@ -472,7 +472,6 @@ def coverage_of(
     declared: CoverageBins | None,
     strength: int,
     situations: Iterable[Situations],
-    others: Iterable[LogicalScenario] = (),
 ) -> Coverage:
     """Count what situations cover.
 
@@ -480,13 +479,13 @@ def coverage_of(
         attributes: The ODD's.
         declared: Bins that it declares.
         strength: Most attributes that are combined, at least one.
-        situations: Planned or executed ones.
-        others: Scenarios of the ODD that none of the situations need have.
+        situations: Planned or executed ones. Of a scenario of the ODD as its file has it there may
+            be none: what a sweep took from it stays feasible.
     """
     bins = bins_of(attributes, declared)
     sizes = range(1, strength + 1)
     counts: dict[Tuple, int] = {}
-    scenarios: dict[int, LogicalScenario] = {id(item): item for item in others}
+    scenarios: dict[int, LogicalScenario] = {}
     looked = outside = 0
     for part in situations:
         scenarios[id(part.scenario)] = part.scenario

@@ -222,6 +222,18 @@ def test_executed_campaign_covers_what_was_planned(mini: Executed) -> None:
         assert executed.coverage == planned.coverage
 
 
+def test_what_a_swept_path_takes_from_a_scenario_is_a_gap(make_project: MakeProject) -> None:
+    project = make_project()
+    with project.edited_odd() as odd:
+        odd["coverage"] = {"ego_speed": ["60 km/h", "100 km/h", "130 km/h"]}
+        odd["scenarios"][0]["sweep"]["parameters"] = {"scenario.ego.speed": ["70 km/h"]}
+    project.run()
+    for found in (planned_coverage(project.odd, 1), executed_coverage(project.db, None, 1)):
+        (speed,) = [i for i in found.coverage.combinations if i.attributes == ("ego_speed",)]
+        assert (speed.feasible, speed.covered) == (2, 1)
+        assert speed.uncovered == (("100 to 130 km/h",),)
+
+
 @pytest.mark.slow
 def test_declared_bins_change_the_coverage_and_no_test_case(make_project: MakeProject) -> None:
     project = make_project()

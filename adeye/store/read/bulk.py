@@ -13,6 +13,7 @@ import json
 from array import array
 from collections.abc import Collection, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from itertools import chain
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -719,18 +720,21 @@ def declared_attributes(odd: Mapping[str, Any]) -> tuple[Attributes, CoverageBin
     return Attributes.model_validate(odd["attributes"], context=SI), bins
 
 
-def coverage_of_runs(runs: ExecutedRuns, odd: Mapping[str, Any], strength: int) -> Coverage:
+def coverage_of_runs(runs: ExecutedRuns, stored: Mapping[str, Any], strength: int) -> Coverage:
     """Count what executed runs cover.
 
     Args:
         runs: What a campaign executed.
-        odd: Stored content of its ODD's own file.
+        stored: Content of its ODD and everything that it names.
         strength: Most attributes that are combined.
     """
     from adeye.sweep.coverage import coverage_of
 
-    attributes, bins = declared_attributes(odd)
-    situations = (_situations(item) for item in runs.situations)
+    attributes, bins = declared_attributes(stored["odd"])
+    executed = [item.scenario for item in runs.situations]
+    written = (item for item in stored["scenarios"].values() if item not in executed)
+    every = chain(runs.situations, (ExecutedSituations(item, ()) for item in written))
+    situations = map(_situations, every)
     return coverage_of(attributes, bins, strength, situations)
 
 

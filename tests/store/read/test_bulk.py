@@ -224,7 +224,10 @@ def test_runs_cover_the_bins_that_the_stored_odd_declares(mini: Executed) -> Non
     attributes, bins = bulk.declared_attributes(odd)
     assert attributes.dynamic_elements.ego_speed is not None
     assert bins is not None
-    found = {item.attributes: item for item in bulk.coverage_of_runs(runs, odd, 1).combinations}
+    found = {
+        item.attributes: item
+        for item in bulk.coverage_of_runs(runs, {"odd": odd, "scenarios": {}}, 1).combinations
+    }
     speed = found["ego_speed",]
     assert [label for (label,), _ in speed.counts] == ["0 to 90 km/h", "90 to 130 km/h"]
     assert sum(count for _, count in speed.counts) == 28 - runs.not_judged
