@@ -565,6 +565,7 @@ class SignalType:
         is_whole: Whether it is a whole number.
         of_objects: Whether it is measured of objects: in a run without any it is +inf if it has a
             cap, else 0 or false, or there is no such signal.
+        at_start: Its word at the first row of every run that is judged; empty where it may be any.
     """
 
     unit: str
@@ -579,6 +580,7 @@ class SignalType:
     most_per: str = ""
     is_whole: bool = False
     of_objects: bool = False
+    at_start: str = ""
 
 
 def scene_signals(object_ids: tuple[str, ...], lanes: int) -> dict[str, SignalType]:
@@ -610,7 +612,10 @@ def scene_signals(object_ids: tuple[str, ...], lanes: int) -> dict[str, SignalTy
         "ego.on_road": _boolean("centre of the ego on a lane, shoulder, bay, rest area or verge"),
         "ego.in_refuge": _boolean("whole ego in a parking bay or rest area"),
         "ego.at_goal": _boolean("the ego has arrived at its goal in a lane, before the horizon"),
-        "contact": _boolean("the ego touches an object", of_objects=True),
+        # A run that begins with a contact is INVALID.
+        "contact": replace(
+            _boolean("the ego touches an object", of_objects=True), at_start="false"
+        ),
         "standstill": _boolean("the ego stands"),
         "in_odd": _boolean("the run is inside the ODD now"),
     }

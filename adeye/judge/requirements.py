@@ -378,17 +378,37 @@ def _place_of(requirement: Requirement) -> tuple[str, ...]:
     return ("bound", "at_most" if bound.at_least is None else "at_least")
 
 
-def _weak_part(root: syntax.Node) -> tuple[syntax.Node, str, str] | None:
+def _weak_part(root: syntax.Node, step: float) -> tuple[syntax.Node, str, str] | None:
     """Find what asks for less than it seems; how, and what to write instead."""
-    parts = list(syntax.walk(root))
-    if not any(isinstance(part, syntax.Temporal | syntax.Until) for part in parts):
-        return root, "is asked of the first row alone", "Write always(...) or eventually(...)"
-    for part in parts:
+    part = _of_first_row(root, step)
+    if part is not None:
+        return part, "is asked of the first row alone", "Write always(...) or eventually(...)"
+    for part in syntax.walk(root):
         if syntax.head_of(part) in {"eventually", "once", "until", "since"}:
             last = syntax.children(part)[-1]
             if syntax.head_of(last) == "implies":
                 how = f"holds for {syntax.head_of(part)} at any row where its left side does not"
                 return last, how, "Write and for implies"
+    return None
+
+
+def _of_first_row(node: syntax.Node, step: float) -> syntax.Node | None:
+    """Find what is asked of the first row of a run and of no other.
+
+    What stands left of an implication, or beside another part of an ``or``, may be about the start.
+    """
+    parts = [_of_first_row(child, step) for child in syntax.children(node)]
+    window = syntax.window_of(node)
+    is_longer = window is None or syntax.last_row(window.last_s, step) > 0
+    if isinstance(node, syntax.Temporal | syntax.Until) and is_longer:
+        return None
+    if all(part is child for part, child in zip(parts, syntax.children(node), strict=True)):
+        return node
+    match syntax.head_of(node):
+        case "and":
+            return parts[0] or parts[1]
+        case "implies":
+            return parts[1]
     return None
 
 
@@ -508,7 +528,7 @@ class _Check:
             Runs(self._union(name, spec), self._plan.step, spec.horizon, spec.tail)
             for name, spec in played
         ]
-        found = _weak_part(formula.root)
+        found = _weak_part(formula.root, self._plan.step)
         if found is None and (constant := first_constant(formula, runs)) is not None:
             part, is_held = constant
             how = f"{'always' if is_held else 'never'} holds, whatever its signals are"

@@ -271,9 +271,30 @@ def test_part_that_no_row_misses_by_the_ends_of_its_signal_is_refused(check: Che
 
 
 def test_what_asks_less_than_it_seems_is_refused(check: Check) -> None:
-    refused(SpecError, check, formula="not contact", says="of the first row alone.*always")
+    for part in (
+        "not contact",
+        "always[0 s, 0 s](not contact)",
+        "always[0 s, 0.01 s](gap >= 5 m)",
+        "gap >= 5 m until[0 s, 0 s] not contact",
+        "rise(gap >= 5 m) or gap >= 10 m",
+    ):
+        for formula in (part, f"always(ttr >= -9 s) and ({part})", f"contact implies ({part})"):
+            refused(SpecError, check, formula=formula, says="of the first row alone.*always")
+    for part in (
+        "ego.speed >= 25 m/s implies always(not contact)",
+        "gap >= 5 m or always(not contact)",
+        "always(rise(gap < 5 m) implies always[0 s, 0 s](not contact))",
+        "always[0 s, 0 s](eventually[0 s, 1 s](gap >= 5 m))",
+    ):
+        assert check(formula=part).formula
     weak = "eventually(authority.safety implies ego.speed <= 1 m/s)"
     refused(SpecError, check, formula=weak, says="where its left side does not.*Write and")
+
+
+def test_run_that_begins_with_a_contact_fails_nothing(check: Check) -> None:
+    # It is INVALID.
+    for formula in ("not always(contact)", "always(once(not contact))"):
+        refused(SpecError, check, formula=formula, says="(always|never) holds, whatever")
 
 
 def test_bands_of_many_signals_together_are_found_to_hold(check: Check) -> None:

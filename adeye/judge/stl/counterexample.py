@@ -367,6 +367,9 @@ class _Search:
             if self._like.declared[name].most_per:
                 # Nothing is older than the run.
                 samples = np.minimum(samples, times)
+            if word := self._like.declared[name].at_start:
+                labels = self._like.declared[name].labels or TRUTH_LABELS
+                samples[:, 0] = labels.index(word)
         status = np.where(np.isinf(samples), SampleStatus.NO_CONFLICT, SampleStatus.VALUE)
         return declared_series(self._like.declared[name], samples, status.astype(np.int8))
 
