@@ -702,8 +702,8 @@ def _clock(scale: float, text: str) -> SignalType:
     return _number("s", scale, text, slack=TIME_SLACK, least=0.0, most=1.0, most_per="s")
 
 
-def _boolean(text: str, *, of_objects: bool = False) -> SignalType:
-    return SignalType("1", 1.0, "boolean", text, of_objects=of_objects)
+def _boolean(text: str, *, of_objects: bool = False, at_start: str = "") -> SignalType:
+    return SignalType("1", 1.0, "boolean", text, of_objects=of_objects, at_start=at_start)
 
 
 # --- Numbers of many runs side by side: columns from specs, and records that compiled stages read -

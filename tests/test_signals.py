@@ -110,7 +110,7 @@ def test_units_are_si() -> None:
     assert PARTS["channel.nominal.acceleration"].unit == "m/s²"
     assert PARTS["sensor.camera.age"].unit == "s"
     assert SCENE["contact"] == signals.SignalType(
-        "1", 1.0, "boolean", SCENE["contact"].text, of_objects=True
+        "1", 1.0, "boolean", SCENE["contact"].text, of_objects=True, at_start="false"
     )
 
 
