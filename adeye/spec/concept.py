@@ -177,23 +177,27 @@ def _plain(name: str) -> str:
 _PLACEHOLDER: Final = re.compile(
     r"[\W_]*((t[\W_]*b[\W_]*[adc]|todo|fixme|x{3,})([\W_].*)?|to do[\W_]*)?", re.S
 )
+_HELD: Final = re.compile(
+    r"(tobe|pending|placeholder)[a-z]{0,12}|wip|open(point|issue)?|draft|later|dummy|asdf[a-z]*"
+    r"|loremipsum.*|(fillin|insert|add)(text|argument|reason|rationale)?(here|later)"
+)
+"""Of what is left without marks and spaces."""
 _NO_ARGUMENT: Final = frozenset({"none", "no", "na", "unknown"})
 
 
 def is_placeholder(key: str, text: str) -> bool:
     """Tell whether a text only holds the place of one; of an argument also whether it is none.
 
-    >>> texts = ("T. B. D.", "…", "to be determined", "n/a", "TBD (J. Doe)", "", "To do so")
+    >>> texts = ("T. B. D.", "…", "to be determined", "n/a", "TBD (J.)", "Lorem ipsum", "", "To do so")
     >>> [is_placeholder("argument", text) for text in texts]
-    [True, True, True, True, True, False, False]
+    [True, True, True, True, True, True, False, False]
     >>> is_placeholder("safe_state", "none")
     False
     """
     plain = unicodedata.normalize("NFKC", _unmarked(text)).casefold()
     bare = re.sub(r"[\W_]+", "", plain)
     is_none = key in {"independence", "argument", "reason"} and bare in _NO_ARGUMENT
-    is_to_be = re.fullmatch(r"(tobe|pending|placeholder)[a-z]{0,12}", bare) is not None
-    held = is_to_be or _PLACEHOLDER.fullmatch(plain) is not None
+    held = _HELD.fullmatch(bare) is not None or _PLACEHOLDER.fullmatch(plain) is not None
     return text != "" and (is_none or held)
 
 
