@@ -191,7 +191,9 @@ def _refuse_misspelt(path: Path, names: Sequence[str], wanted: Mapping[str, _Col
         if name in elsewhere:
             continue
         word = name.strip().lower()
-        meant = [known for known in absent if word in {known, known.rpartition("_")[0]}]
+        # Another spelling of one that is there: nobody can tell which of the two is meant.
+        meant = [word] if word in wanted else []
+        meant += [known for known in absent if word == known.rpartition("_")[0]]
         meant = meant or difflib.get_close_matches(word, absent, n=1, cutoff=0.8)
         if meant:
             raise UsageError(

@@ -188,7 +188,7 @@ _NO_ARGUMENT: Final = frozenset({"none", "no", "na", "unknown"})
 def is_placeholder(key: str, text: str) -> bool:
     """Tell whether a text only holds the place of one; of an argument also whether it is none.
 
-    >>> texts = ("T. B. D.", "…", "to be determined", "n/a", "TBD (J.)", "Lorem ipsum", "", "To do so")
+    >>> texts = "T. B. D.", "…", "to be determined", "n/a", "TBD (X)", "lorem ipsum", "", "To do so"
     >>> [is_placeholder("argument", text) for text in texts]
     [True, True, True, True, True, True, False, False]
     >>> is_placeholder("safe_state", "none")

@@ -164,6 +164,7 @@ def test_misspelt_optional_column_is_refused(adeye: Any, cases: Path) -> None:
         ("cut_in", "Ego_Width_m", "ego_width_m"),
         ("deceleration", "jerk", "jerk_mps3"),
         ("deceleration", "gap", "gap_m"),
+        ("deceleration", "Ego_Speed_mps", "ego_speed_mps"),
     ):
         cells = ",".join(["8"] * (required[scene].count(",") + 2))
         cases.write_text(f"{required[scene]},{name}\n{cells}", encoding="utf-8")
