@@ -253,6 +253,7 @@ def describe_run(db: str | Path | None, run: str) -> dict[str, Any]:
         odd = reader.content("odd", campaign.odd_digest)
         wanted = {} if stored is None else reader.judged_digests(ref, stored)
         measures = reader.measures(campaign.concept_digest)
+        contested = reader.contested(ref.campaign).get(ref.result_digest)
     parameters = named_values(dict(case.parameters), odd, ref.scenario)
     paths = {name: value for name, value in ref.point.items() if name not in case.parameters}
     described: dict[str, Any] = {
@@ -273,6 +274,7 @@ def describe_run(db: str | Path | None, run: str) -> dict[str, Any]:
     return described | {
         **{name: row[name] for name in _OF_ROW},
         "machine_dependent": bool(row["machine_dependent"]),
+        **({"not_certified": contested} if contested else {}),
         "metrics": {name: asdict(item) for name, item in stored.metrics.items()},
         "verdicts": [
             {

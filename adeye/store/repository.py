@@ -26,11 +26,9 @@ from adeye.store.evidence.roots import Evidence
 from adeye.store.location import Location, Place, locate
 from adeye.store.read.bulk import read_compared, read_figures, read_made
 from adeye.store.read.checking import (
-    contested,
     idle_events,
     injected_faults,
     unbegun_events,
-    uncertified,
 )
 from adeye.store.read.reader import Reader
 from adeye.store.read.rejudging import Again
@@ -116,8 +114,6 @@ class Repository(Reader):
 
     unbegun_events = reading(unbegun_events)
     idle_events = reading(idle_events)
-    contested = reading(contested)
-    uncertified = reading(uncertified)
     injected_faults = reading(injected_faults)
     figures = reading(read_figures)
     compared = reading(read_compared)

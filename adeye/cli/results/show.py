@@ -118,6 +118,10 @@ def _head(description: Mapping[str, Any]) -> dict[str, object]:
         "Fault entry": told.get("fault_entry"),
         "Fork of": short(told["fork_of"]) if "fork_of" in told else None,
         "Note": "it depends on the machine" if told.get("machine_dependent") else None,
+        "Not certified": f"adeye certify executed it again on {told['not_certified']}, and it came "
+        "out otherwise"
+        if "not_certified" in told
+        else None,
         "Executed": None if told.get("is_done", True) else "not yet",
     }
 

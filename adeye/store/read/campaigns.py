@@ -761,3 +761,54 @@ def results(connection: Connection, campaign_id: str) -> records.ResultTable:
     """Return every executed run of a campaign as ``v_runs`` shows it."""
     found = connection.exec_driver_sql(_RESULTS, (campaign_id,))
     return records.ResultTable(tuple(found.keys()), tuple(tuple(item) for item in found))
+
+
+# --- What a certificate found to come out otherwise -----------------------------------------------
+
+_NAMED: Final = 3
+"""Results that came out otherwise whose digests are listed; the certificate has all."""
+
+
+def contested(connection: Connection, campaign: str) -> dict[str, str]:
+    """Find the results of a campaign that came out otherwise for a certificate, with its last day.
+
+    A certificate of any campaign that has the result tells of it, for good: that it came out as
+    it is another time, too, does not say what else it comes out as.
+
+    Args:
+        connection: To the database.
+        campaign: Id of the campaign.
+    """
+    found: dict[str, str] = {}
+    for at, findings in connection.exec_driver_sql("SELECT at, findings FROM certificate"):
+        for item in json.loads(findings):
+            found[item["run"]] = max(at[:10], found.get(item["run"], ""))
+    if not found:
+        return {}
+    results = connection.exec_driver_sql(
+        "SELECT DISTINCT result_digest FROM campaign_case WHERE campaign_id = ? "
+        "ORDER BY result_digest",
+        (campaign,),
+    ).scalars()
+    return {run: found[run] for run in results if run in found}
+
+
+def uncertified(connection: Connection, campaign: str) -> str:
+    """Name the contested results of a campaign that stand; empty for none. See ``contested``."""
+    found = contested(connection, campaign)
+    if not found:
+        return ""
+    standing_ones = connection.exec_driver_sql(
+        "SELECT DISTINCT c.result_digest FROM campaign_case c "  # noqa: S608 - own words
+        f"WHERE c.campaign_id = ? AND {standing('c.result_digest')}",
+        (campaign,),
+    )
+    runs = sorted(found.keys() & set(standing_ones.scalars()))
+    if not runs:
+        return ""
+    count = "1 result" if len(runs) == 1 else f"{len(runs)} results"
+    names = ", ".join(run[:10] for run in runs[:_NAMED]) + (", …" if len(runs) > _NAMED else "")
+    return (
+        f"{count} came out otherwise when adeye certify executed runs again on "
+        f"{max(found[run] for run in runs)}: {names}"
+    )

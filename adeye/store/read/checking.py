@@ -17,7 +17,7 @@ from adeye.store.cases import standing
 from adeye.store.evidence.verification import require_sound
 from adeye.store.ledger import insert_rows
 from adeye.store.location import Place, locate
-from adeye.store.read.campaigns import find_campaign, latest_campaign, plain_digests
+from adeye.store.read.campaigns import find_campaign, latest_campaign, plain_digests, uncertified
 from adeye.store.records import CampaignInfo, CampaignRecord
 from adeye.store.rules import (
     BEGINS,
@@ -39,8 +39,6 @@ if TYPE_CHECKING:
     from adeye.spec.fault import Injected
 
 _UNSAVED: Final = "unsaved"
-_NAMED: Final = 3
-"""Results that came out otherwise whose digests are listed; the certificate has all."""
 _STANDS: Final = standing("run.result_digest")
 PLAN_RULES: Final = tuple(rule for rule in RULES if not rule.needs_evidence)
 """Rules that a plan is enough for."""
@@ -362,51 +360,6 @@ def idle_events(connection: Connection, campaign: str) -> tuple[tuple[str, str],
         for end in (IDLE, BEGINS)
     )
     return tuple(sorted(idle - real))
-
-
-def contested(connection: Connection, campaign: str) -> dict[str, str]:
-    """Find the results of a campaign that came out otherwise for a certificate, with its last day.
-
-    A certificate of any campaign that has the result tells of it, for good: that it came out as
-    it is another time, too, does not say what else it comes out as.
-
-    Args:
-        connection: To the database.
-        campaign: Id of the campaign.
-    """
-    found: dict[str, str] = {}
-    for at, findings in connection.exec_driver_sql("SELECT at, findings FROM certificate"):
-        for item in json.loads(findings):
-            found[item["run"]] = max(at[:10], found.get(item["run"], ""))
-    if not found:
-        return {}
-    results = connection.exec_driver_sql(
-        "SELECT DISTINCT result_digest FROM campaign_case WHERE campaign_id = ? "
-        "ORDER BY result_digest",
-        (campaign,),
-    ).scalars()
-    return {run: found[run] for run in results if run in found}
-
-
-def uncertified(connection: Connection, campaign: str) -> str:
-    """Name the contested results of a campaign that stand; empty for none. See ``contested``."""
-    found = contested(connection, campaign)
-    if not found:
-        return ""
-    standing_ones = connection.exec_driver_sql(
-        "SELECT DISTINCT c.result_digest FROM campaign_case c "  # noqa: S608 - own words
-        f"WHERE c.campaign_id = ? AND {standing('c.result_digest')}",
-        (campaign,),
-    )
-    runs = sorted(found.keys() & set(standing_ones.scalars()))
-    if not runs:
-        return ""
-    count = "1 result" if len(runs) == 1 else f"{len(runs)} results"
-    names = ", ".join(run[:10] for run in runs[:_NAMED]) + (", …" if len(runs) > _NAMED else "")
-    return (
-        f"{count} came out otherwise when adeye certify executed runs again on "
-        f"{max(found[run] for run in runs)}: {names}"
-    )
 
 
 def _odd_content(connection: Connection, campaign: str) -> dict[str, Any]:

@@ -95,6 +95,8 @@ class Reader(Door):
     judged_digests = reading(stored.judged_digests)
     worst_runs = reading(stored.worst_runs)
     worst_run = reading(stored.worst_run)
+    contested = reading(stored.contested)
+    uncertified = reading(stored.uncertified)
 
     def info(self) -> DatabaseInfo:
         """Say what the database holds."""

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 import adeye
+from adeye.answers import describe_run
 from adeye.campaign.executors import InProcess, Processes, Threads
 from adeye.campaign.replay import CHANGED, recall, replay_run
 from adeye.campaign.replay import UNSTEADY as NEVER_THE_SAME
@@ -124,6 +125,7 @@ def test_channel_that_is_not_deterministic_is_found_and_named(
         assert message.startswith("1 result came out otherwise when adeye certify executed")
         assert finding.run[:10] in message
     assert [item["run"] for item in stored.findings] == [finding.run]
+    assert describe_run(project.db, finding.run)["not_certified"] == stored.at[:10]
 
 
 def test_nothing_is_certified_where_an_execution_depends_on_the_machine_this_time(
