@@ -167,7 +167,8 @@ class Space:
     @property
     def wanted(self) -> str:
         """The relations, for people."""
-        return " and ".join(item.expression.text for item in self.relations)
+        texts = [item.expression.text for item in self.relations]
+        return " and ".join(f"({text})" if " or " in text else text for text in texts)
 
     def feasible(self, columns: Mapping[str, Column], count: int) -> NDArray[np.bool_]:
         """Return which points (N,) fulfil every relation.

@@ -78,6 +78,8 @@ def test_text_stays_text() -> None:
 def test_relation_that_no_point_fulfils_or_that_makes_no_sense_is_refused() -> None:
     with pytest.raises(SweepError, match=r"none of 2 combinations fulfils a > 5 and a < 9"):
         full_factorial(space(axis("a", 1.0, 2.0), where="a > 5; a < 9"))
+    with pytest.raises(SweepError, match=r"fulfils \(a > 5 or a < 0\) and a < 9"):
+        full_factorial(space(axis("a", 1.0, 2.0), where="a > 5 or a < 0; a < 9"))
     with pytest.raises(SweepError, match="names 'c', which the sweep does not have"):
         full_factorial(space(axis("a", 1.0), where="c > 5"))
     with pytest.raises(ExpressionError, match="mixes text and numbers"):
