@@ -81,7 +81,8 @@ def reference_architecture(
     """Make the architecture that a reference driver is: ground truth and one channel.
 
     The models' delays and ramps are those of driver and brakes together, so that the brakes answer
-    at once: a lag of the vehicle would count twice.
+    at once: a lag of the vehicle would count twice. They are as strong as the model brakes, for
+    weak brakes of the vehicle excuse nothing that it does.
 
     Args:
         vehicle: Content of the vehicle that it drives, in SI.
@@ -90,7 +91,9 @@ def reference_architecture(
         step: Master clock [s]; the driver looks at every tick.
     """
     name = ReferenceName(model, edition)
-    content = reference_content(name, vehicle, 1.0 / step, 0.0)
+    brakes = max(vehicle["max_deceleration"], parameters_of(model, edition).braking)
+    strong = {**vehicle, "max_deceleration": brakes}
+    content = reference_content(name, strong, 1.0 / step, 0.0)
     # The same driver, whatever its edition: what tells them apart is the parameter.
     content["architecture"] = f"reference_{model}"
     return Architecture.model_validate(content, context=SI)

@@ -17,6 +17,7 @@ from adeye.campaign.studies.preventability import Preventability, prevent, refer
 from adeye.errors import InputError, IntegrityError, UsageError
 from adeye.judge.preventability import CELLS
 from adeye.judge.verdict import ExitCode, Verdict
+from adeye.kernel.reference_drivers.reactions import parameters_of
 from adeye.report.formats.junit import render_junit
 from adeye.report.formats.sarif import render_sarif
 from adeye.store.repository import Repository
@@ -167,6 +168,14 @@ def test_the_brakes_of_the_driver_answer_at_once(project: Project) -> None:
     assert vehicle.acceleration_lag > 0.0
     made = reference_architecture(vehicle.model_dump(mode="json"), "cc", "r157-01", 0.05)
     assert made.vehicle == vehicle.model_copy(update={"acceleration_lag": 0.0})
+
+
+def test_weak_brakes_of_the_vehicle_are_none_of_the_driver(project: Project) -> None:
+    vehicle = project.plan().cases[0].architecture.vehicle.model_dump(mode="json")
+    weak = vehicle | {"max_deceleration": 0.2}
+    for model in ("cc", "fsm", "rss", "reg157"):
+        made = reference_architecture(weak, model, "r157-01", 0.05)
+        assert made.vehicle.max_deceleration == parameters_of(model).braking
 
 
 def test_without_evidence_the_gate_blocks(project: Project) -> None:
