@@ -27,4 +27,8 @@ def figures_of(rows: Sequence[Mapping[str, Any]]) -> Figures:
         machine_dependent=np.array(
             [row.get("machine_dependent", 0) == 1 for row in rows], dtype=np.bool_
         ),
+        has_fault=np.array(
+            [row.get("has_fault", row.get("fault_entry", "none") != "none") for row in rows],
+            dtype=np.bool_,
+        ),
     )

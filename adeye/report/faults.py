@@ -127,12 +127,13 @@ def _order(value: float | str) -> tuple[bool, float, str]:
 
 
 def _point(own: Figures, value: str, *, sampled: bool) -> model.TradePoint:
-    is_faulty = np.array([own.fault_entry[at] != NO_FAULT for at in range(len(own))], dtype=bool)
+    is_calm = np.array([own.fault_entry[at] == NO_FAULT for at in range(len(own))], dtype=bool)
+    is_faulty = ~is_calm & own.has_fault
     fdti = own.metrics["fault_detection_time_s"][is_faulty]
     known = fdti[np.isfinite(fdti)]
     return model.TradePoint(
         value=value,
-        calm=rate_of(own, ~is_faulty, sampled=sampled),
+        calm=rate_of(own, is_calm, sampled=sampled),
         faulty=int(is_faulty.sum()),
         detected=len(known),
         median_fdti_s=median_low(known) if len(known) else None,

@@ -195,6 +195,12 @@ def test_undetected_faults_are_counted_and_have_no_time() -> None:
     assert point.calm.per_hour is None
 
 
+def test_fault_that_did_not_begin_is_none_that_was_not_detected() -> None:
+    rows = [row(0.5, "out", fault_detection_time_s=0.4), row(0.5, "out", has_fault=False)]
+    [point] = trade_curves(figures_of(rows), odd("random"), CONFIRM)[0].points
+    assert (point.faulty, point.detected) == (1, 1)
+
+
 def test_run_of_an_older_release_counts_neither_trips_nor_hours() -> None:
     figures = figures_of([row(0.0, "none", trips=1.0), row(0.0, "none")])
     rate = rate_of(figures, np.ones(2, dtype=np.bool_), sampled=False)

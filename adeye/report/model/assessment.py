@@ -257,7 +257,7 @@ class TradePoint(Part):
     value: str
     calm: Rate
     faulty: Count
-    """Runs with a fault entry."""
+    """Runs with a fault that began before they ended."""
     detected: Count
     median_fdti_s: float | None = None
     """Lower middle of those that were detected."""

@@ -103,6 +103,7 @@ class Figures:
         metrics: (R,) by id, NaN where a metric has no value.
         duration_s: (R,) simulated time [s].
         machine_dependent: (R,) whether a deadline, limit or clock of a machine had a part in it.
+        has_fault: (R,) whether a fault began before it ended.
     """
 
     ordinal: Ints
@@ -115,6 +116,7 @@ class Figures:
     metrics: Mapping[str, Floats]
     duration_s: Floats
     machine_dependent: Bools
+    has_fault: Bools
 
     def __len__(self) -> int:
         """Return the number of runs R."""
@@ -152,6 +154,10 @@ class Figures:
         return {name: value for name, value in values.items() if value is not None}
 
 
+_SINCE_FAULT: Final = "fault_detection_time_s"
+"""A metric that applies to runs with a fault."""
+
+
 def read_figures(connection: Connection, campaign_id: str) -> Figures:
     """Read every executed run of a campaign.
 
@@ -186,6 +192,9 @@ def read_figures(connection: Connection, campaign_id: str) -> Figures:
     for table, ids in TABLES.items():
         columns = read_columns(connection, table, "run_number", ids, numbers, np.float64)
         metrics.update(zip(ids, columns, strict=True))
+    [table] = (table for table, ids in TABLES.items() if _SINCE_FAULT in ids)
+    status = f"{_SINCE_FAULT}_status"
+    [told] = read_columns(connection, table, "run_number", (status,), numbers, object)
     everything = Figures(
         np.array(ordinal, dtype=np.int64),
         scenario.labels(),
@@ -197,6 +206,7 @@ def read_figures(connection: Connection, campaign_id: str) -> Figures:
         metrics,
         duration.astype(np.float64),
         dependent == 1,
+        (told != None) & (told != "not_applicable"),  # noqa: E711 - of each run
     )
     return everything.where(everything.outcome.codes >= 0)
 

@@ -165,6 +165,9 @@ def test_figures_are_what_the_view_shows(mini: Executed, stored: Repository) -> 
     for name in METRIC_IDS:
         expected = np.array([row[name] for row in rows], dtype=np.float64)
         assert np.array_equal(figures.metrics[name], expected, equal_nan=True)
+    told = [row["fault_detection_time_s_status"] != "not_applicable" for row in rows]
+    assert figures.has_fault.tolist() == told
+    assert len(set(told)) == 2
 
 
 def test_only_executed_runs_of_the_campaign_are_there(store: Store) -> None:
