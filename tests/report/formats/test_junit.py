@@ -263,3 +263,11 @@ def test_baseline_that_the_report_compares_with_is_red_as_the_gate_is(
     suite = document.xpath("testsuite[@name='gate']")[0]
     assert all(change.text in suite.findtext("system-out") for change in found.changes)
     assert found.changes
+
+
+def test_suites_have_different_names(report: Report) -> None:
+    text = report.model_dump_json().replace('"camera_radar"', '"campaign"')
+    suites = parse(Report.model_validate_json(text)).findall("testsuite")
+    names = [suite.get("name") for suite in suites]
+    assert {"campaign", "campaign of adeye"} < set(names)
+    assert len(set(names)) == len(names)

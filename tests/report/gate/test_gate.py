@@ -342,6 +342,7 @@ def test_only_a_contact_that_no_named_driver_avoids_is_set_aside(
             assert told.text == ("FAIL; by cc" if models else "FAIL")
             for other in (
                 replace(failing, kind=Kind.UNDECIDED),
+                replace(failing, kind=Kind.NEWLY_FAILING),
                 replace(failing, fsr="FSR-99"),
                 replace(failing, decides=False),
             ):
