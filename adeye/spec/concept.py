@@ -179,7 +179,7 @@ _PLACEHOLDER: Final = re.compile(
 )
 _HELD: Final = re.compile(
     r"(tobe|pending|placeholder)[a-z]{0,12}|wip|open(point|issue)?|draft|later|dummy|asdf[a-z]*"
-    r"|loremipsum.*|(fillin|insert|add)(text|argument|reason|rationale)?(here|later)"
+    r"|loremipsum.*|(fil{2}in|insert|add)(text|argument|reason|rationale)?(here|later)"
 )
 """Of what is left without marks and spaces."""
 _NO_ARGUMENT: Final = frozenset({"none", "no", "na", "unknown"})
