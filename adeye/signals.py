@@ -613,9 +613,7 @@ def scene_signals(object_ids: tuple[str, ...], lanes: int) -> dict[str, SignalTy
         "ego.in_refuge": _boolean("whole ego in a parking bay or rest area"),
         "ego.at_goal": _boolean("the ego has arrived at its goal in a lane, before the horizon"),
         # A run that begins with a contact is INVALID.
-        "contact": replace(
-            _boolean("the ego touches an object", of_objects=True), at_start="false"
-        ),
+        "contact": _boolean("the ego touches an object", of_objects=True, at_start="false"),
         "standstill": _boolean("the ego stands"),
         "in_odd": _boolean("the run is inside the ODD now"),
     }

@@ -206,7 +206,7 @@ def read_figures(connection: Connection, campaign_id: str) -> Figures:
         metrics,
         duration.astype(np.float64),
         dependent == 1,
-        (told != None) & (told != "not_applicable"),  # noqa: E711 - of each run
+        np.array([word not in {None, "not_applicable"} for word in told], dtype=np.bool_),
     )
     return everything.where(everything.outcome.codes >= 0)
 
