@@ -392,24 +392,31 @@ def _weak_part(root: syntax.Node, step: float) -> tuple[syntax.Node, str, str] |
     return None
 
 
-def _of_first_row(node: syntax.Node, step: float) -> syntax.Node | None:
+def _of_first_row(node: syntax.Node, step: float, *, is_asked: bool = True) -> syntax.Node | None:
     """Find what is asked of the first row of a run and of no other.
 
-    What stands left of an implication, or beside another part of an ``or``, may be about the start.
+    What implies something may be about the start: it says of which runs that is asked.
+
+    Args:
+        node: The formula, or a part of it that is read at the first row.
+        step: Time between rows [s].
+        is_asked: Whether the formula asks for the part, else for its contrary.
     """
-    parts = [_of_first_row(child, step) for child in syntax.children(node)]
     window = syntax.window_of(node)
     is_longer = window is None or syntax.last_row(window.last_s, step) > 0
     if isinstance(node, syntax.Temporal | syntax.Until) and is_longer:
         return None
-    if all(part is child for part, child in zip(parts, syntax.children(node), strict=True)):
+    sides = [(child, is_asked) for child in syntax.children(node)]
+    if isinstance(node, syntax.Not):
+        sides = [(node.operand, not is_asked)]
+    elif syntax.head_of(node) == "implies":
+        sides[:1] = [] if is_asked else [(sides[0][0], True)]
+    parts = [_of_first_row(child, step, is_asked=asked) for child, asked in sides]
+    if len(sides) == len(syntax.children(node)) and all(
+        part is child for part, (child, _) in zip(parts, sides, strict=True)
+    ):
         return node
-    match syntax.head_of(node):
-        case "and":
-            return parts[0] or parts[1]
-        case "implies":
-            return parts[1]
-    return None
+    return next((part for part in parts if part is not None), None)
 
 
 class _Check:

@@ -277,12 +277,18 @@ def test_what_asks_less_than_it_seems_is_refused(check: Check) -> None:
         "always[0 s, 0.01 s](gap >= 5 m)",
         "gap >= 5 m until[0 s, 0 s] not contact",
         "rise(gap >= 5 m) or gap >= 10 m",
+        "gap >= 5 m or always(not contact)",
+        "not (gap < 5 m or eventually(contact))",
+        "not not (gap >= 5 m and always(not contact))",
+        "not (always(not contact) implies gap < 5 m)",
+        "always[0 s, 0 s](gap >= 5 m and always[0 s, 2 s](not contact))",
+        "eventually[0 s, 0 s](always[0 s, 2 s](not contact) and gap >= 5 m)",
     ):
         for formula in (part, f"always(ttr >= -9 s) and ({part})", f"contact implies ({part})"):
             refused(SpecError, check, formula=formula, says="of the first row alone.*always")
     for part in (
         "ego.speed >= 25 m/s implies always(not contact)",
-        "gap >= 5 m or always(not contact)",
+        "ego.speed >= 25 m/s implies (gap < 50 m implies always(not contact))",
         "always(rise(gap < 5 m) implies always[0 s, 0 s](not contact))",
         "always[0 s, 0 s](eventually[0 s, 1 s](gap >= 5 m))",
     ):
