@@ -30,6 +30,7 @@ from adeye.store.records import EngineKey
 from adeye.store.repository import Repository
 from adeye.store.write.studies import Benchmarks, DriveRecord
 from adeye.sweep.case import TestCase, structure_key
+from adeye.units import Dimension, parse_quantity
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -75,14 +76,24 @@ class _Wanted:
     drives: list[DriveRecord]
 
 
+_SOUND: Final = {
+    "max_acceleration": 3.0,
+    "max_steering_angle": parse_quantity("35 deg", Dimension.ANGLE),
+    "max_steering_rate": parse_quantity("30 deg/s", Dimension.ANGULAR_RATE),
+}
+"""What a sound car can do at least, in SI; our choice, as in ``reference_cc.yaml``."""
+_STEERING_LAG: Final = 0.1
+"""At most [s]."""
+
+
 def reference_architecture(
     vehicle: dict[str, Any], model: str, edition: str, step: float
 ) -> Architecture:
     """Make the architecture that a reference driver is: ground truth and one channel.
 
-    The models' delays and ramps are those of driver and brakes together, so that the brakes answer
-    at once: a lag of the vehicle would count twice. They are as strong as the model brakes, for
-    weak brakes of the vehicle excuse nothing that it does.
+    Only the body is that of the vehicle. Brakes and steering are as good as those of a sound car at
+    least: what the vehicle cannot do excuses nothing. The models' delays and ramps are those of
+    driver and brakes together, so that the brakes answer at once.
 
     Args:
         vehicle: Content of the vehicle that it drives, in SI.
@@ -91,9 +102,10 @@ def reference_architecture(
         step: Master clock [s]; the driver looks at every tick.
     """
     name = ReferenceName(model, edition)
-    brakes = max(vehicle["max_deceleration"], parameters_of(model, edition).braking)
-    strong = {**vehicle, "max_deceleration": brakes}
-    content = reference_content(name, strong, 1.0 / step, 0.0)
+    sound = _SOUND | {"max_deceleration": parameters_of(model, edition).braking}
+    able = {key: max(vehicle[key], least) for key, least in sound.items()}
+    able["steering_lag"] = min(vehicle["steering_lag"], _STEERING_LAG)
+    content = reference_content(name, {**vehicle, **able, "plant": None}, 1.0 / step, 0.0)
     # The same driver, whatever its edition: what tells them apart is the parameter.
     content["architecture"] = f"reference_{model}"
     return Architecture.model_validate(content, context=SI)
@@ -236,14 +248,12 @@ def _drive(
             case, architecture=drivers[key], faults=(), fault_entry=NO_FAULT, override=None
         )
         now = identity(work.backend, work.variant)
-        # Of all that is from outside only the FMU that moves the vehicle is left.
-        code = "" if vehicle.plant is None else str(recalled.stored.row["plugins_digest"])
-        engine = EngineKey(work.backend, now.variant, now.numerics_version, code)
+        engine = EngineKey(work.backend, now.variant, now.numerics_version, "")
         digest = engine.result_digest(driven.digest)
         drive = DriveRecord(recalled.run.result_digest, model, edition, digest)
         if digest not in wanted:
             origin = recalled.run.test_case
-            # The vehicle stays, with the FMU that moves it, and so do drivers of others.
+            # The FMUs stay that drive others.
             own = recalled.case.architecture.architecture
             folders = {**work.folders, driven.architecture.architecture: work.folders[own]}
             wanted[digest] = _Wanted(driven, origin, engine, work.variant, folders, [])

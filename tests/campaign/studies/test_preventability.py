@@ -170,12 +170,20 @@ def test_the_brakes_of_the_driver_answer_at_once(project: Project) -> None:
     assert made.vehicle == vehicle.model_copy(update={"acceleration_lag": 0.0})
 
 
-def test_weak_brakes_of_the_vehicle_are_none_of_the_driver(project: Project) -> None:
-    vehicle = project.plan().cases[0].architecture.vehicle.model_dump(mode="json")
-    weak = vehicle | {"max_deceleration": 0.2}
+def test_what_the_vehicle_cannot_do_is_none_of_the_driver(project: Project) -> None:
+    vehicle = project.plan().cases[0].architecture.vehicle
+    weak = vehicle.model_dump(mode="json") | {
+        "max_acceleration": 0.1,
+        "max_deceleration": 0.2,
+        "max_steering_angle": 0.01,
+        "max_steering_rate": 0.001,
+        "steering_lag": 5.0,
+    }
     for model in ("cc", "fsm", "rss", "reg157"):
-        made = reference_architecture(weak, model, "r157-01", 0.05)
-        assert made.vehicle.max_deceleration == parameters_of(model).braking
+        made = reference_architecture(weak, model, "r157-01", 0.05).vehicle
+        braking = parameters_of(model).braking
+        sound = {"max_deceleration": braking, "acceleration_lag": 0.0}
+        assert made == vehicle.model_copy(update=sound)
 
 
 def test_without_evidence_the_gate_blocks(project: Project) -> None:

@@ -19,7 +19,7 @@ FMU = "odd/architectures/fmus/single_track.fmu"
 
 
 @pytest.mark.slow
-def test_drives_and_forks_are_of_the_fmu_that_moves_the_vehicle(tmp_path: Path) -> None:
+def test_forks_are_of_the_fmu_that_moves_the_vehicle_and_drives_of_none(tmp_path: Path) -> None:
     pytest.importorskip("fmpy", reason="needs adeye[fmi]")
     project = Project(tmp_path / "project", odd_of("cut_in", architectures=("fmu_vehicle",)))
     project.run()
@@ -36,9 +36,9 @@ def test_drives_and_forks_are_of_the_fmu_that_moves_the_vehicle(tmp_path: Path) 
     project.run()
     (again,) = project.rows()
     assert again["run"] != run
-    # What the other FMU did excuses nothing.
+    # What either FMU did excuses nothing: none moves the car of a reference driver.
     drives.append(prevent(project.db, models=("cc",), everything=True).comparisons[0].drive)
-    assert len(set(drives)) == 2
+    assert len(set(drives)) == 1
     fmu.write_bytes(kept)
     assert fork_run(project.db, run, start="1 s", authority="safety").origin.run == run
 
