@@ -78,6 +78,7 @@ class _Wanted:
 
 _SOUND: Final = {
     "max_acceleration": 3.0,
+    "max_deceleration": 9.0,
     "max_steering_angle": parse_quantity("35 deg", Dimension.ANGLE),
     "max_steering_rate": parse_quantity("30 deg/s", Dimension.ANGULAR_RATE),
 }
@@ -102,8 +103,7 @@ def reference_architecture(
         step: Master clock [s]; the driver looks at every tick.
     """
     name = ReferenceName(model, edition)
-    sound = _SOUND | {"max_deceleration": parameters_of(model, edition).braking}
-    able = {key: max(vehicle[key], least) for key, least in sound.items()}
+    able = {key: max(vehicle[key], least) for key, least in _SOUND.items()}
     able["steering_lag"] = min(vehicle["steering_lag"], _STEERING_LAG)
     content = reference_content(name, {**vehicle, **able, "plant": None}, 1.0 / step, 0.0)
     # The same driver, whatever its edition: what tells them apart is the parameter.
