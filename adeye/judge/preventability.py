@@ -1,8 +1,8 @@
 """Was a collision preventable? What a run and the drive of a reference driver say together.
 
-Both are results of one situation: the same scenario, parameters, seed and clock, and the same
-vehicle. The driver sees the scene as it is and has no parts that fail, so nothing is injected into
-its drive. Where either is not known there is no cell, and a gate takes that as preventable.
+Both are results of one situation: the same scenario, parameters, seed and clock, and a car of the
+same size. The driver sees the scene as it is and has no parts that fail, so nothing is injected
+into its drive. Where either is not known there is no cell, and a gate takes that as preventable.
 
 Source:
     UN Regulation 157, 01 series of amendments, annex 4 appendix 3; ISO 34502:2022, reasonably
@@ -20,8 +20,12 @@ from adeye.judge.verdict import WAIVABLE, Verdict, fold_runs
 
 # --- Was a collision preventable? What a run and the drive of a reference driver say together -----
 
-BENCHMARK_VERSION: Final = 1
+BENCHMARK_VERSION: Final = 2
 """Of the architecture that a reference driver is; raised when its drives change on purpose."""
+
+SAME_HAZARD_S: Final = 5.0
+"""How far apart two contacts with one road user may be [s]: as long as full braking of a careful
+driver takes from 130 km/h. What comes later is another hazard."""
 
 Cell = Literal["both_avoid", "only_ours", "only_model", "neither", "unknown"]
 CELLS: Final[tuple[Cell, ...]] = get_args(Cell)
@@ -86,8 +90,8 @@ def cell_of(
         ours: Whether the run has a contact; None if it is not known, or the scenario did not come
             about.
         theirs: Whether the drive has one.
-        is_same: Whether both are with the same road user or object: a driver who is run into by
-            another one may well have avoided what the ego has not.
+        is_same: Whether both are with the same road user or object, in one hazard: a driver who is
+            run into by another one, or later, may well have avoided what the ego has not.
     """
     if ours is None or theirs is None or (ours and theirs and not is_same):
         return "unknown"

@@ -447,6 +447,12 @@ def sampling(table: Table, name: str, unit: str = "s") -> tuple[Floats, float, f
     return times, step, _spread(times, step) / step + ROW_SLACK
 
 
+def _most(values: NDArray[Any]) -> float:
+    """Return the largest magnitude of numbers, 1 where there is none above 0."""
+    sizes = np.abs(np.asarray(values, dtype=np.float64))
+    return float(sizes[np.isfinite(sizes)].max(initial=0.0)) or 1.0
+
+
 def _refuse_unit(table: Table, name: str, unit: str) -> None:
     if name in table.durations and unit != "s":
         raise InputError(
@@ -530,7 +536,10 @@ class TableSignals:
         if status is None:
             return found
         declared = SERIES.get(name.removeprefix("any_actor."))
-        cap = 1.0 if declared is None else declared.type.cap
+        cap = None if declared is None else declared.type.cap
+        if declared is None and (status == SampleStatus.NO_CONFLICT).any():
+            # Nobody says what "no conflict" is worth: as much as the most that there is.
+            cap = _most(found.values)
         return replace(found, status=status, cap=cap if found.kind == "number" else None)
 
     def _status(self, name: str) -> NDArray[np.int8] | None:

@@ -326,8 +326,7 @@ class Children:
         if child is None:
             return
         for fd in child.fds:
-            with suppress(KeyError, ValueError):
-                self._selector.unregister(fd)
+            self._unlisten(fd)
             os.close(fd)
         if child.code is None and not child.is_remote:
             with suppress(OSError):
@@ -345,6 +344,11 @@ class Children:
         if not child.is_closed:
             self._read(child)
         return b"\n" in child.heard
+
+    def _unlisten(self, fd: int) -> None:
+        """Listen to a descriptor no more, also where nobody does: its turn may not have come."""
+        with suppress(KeyError, ValueError):
+            self._selector.unregister(fd)
 
     def _resume(self, child: _Child) -> None:
         """Listen again to one whose turn it was not."""
@@ -383,7 +387,7 @@ class Children:
             else:
                 # It is not its turn: it may write until its pipe is full.
                 child.is_paused = True
-                self._selector.unregister(child.stdout)
+                self._unlisten(child.stdout)
         return touched
 
     def _listen(self) -> list[_Child]:
@@ -414,7 +418,7 @@ class Children:
         child.heard += text
         if not text:
             child.is_closed = True
-            self._selector.unregister(child.stdout)
+            self._unlisten(child.stdout)
 
     def _read_complaint(self, child: _Child) -> None:
         assert child.stderr is not None
@@ -424,7 +428,7 @@ class Children:
             return
         child.complaint = (child.complaint + text)[-ERROR_TAIL:]
         if not text:
-            self._selector.unregister(child.stderr)
+            self._unlisten(child.stderr)
 
     def _answer(self, child: _Child) -> bytes | Broken | None:
         """Return its line, or why none will come; None while one may."""

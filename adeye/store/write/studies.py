@@ -20,7 +20,13 @@ from typing import TYPE_CHECKING, Any
 from sqlalchemy import Connection
 
 from adeye.errors import IntegrityError
-from adeye.judge.preventability import BENCHMARK_VERSION, TAKEOVERS_VERSION, Comparison, cell_of
+from adeye.judge.preventability import (
+    BENCHMARK_VERSION,
+    SAME_HAZARD_S,
+    TAKEOVERS_VERSION,
+    Comparison,
+    cell_of,
+)
 from adeye.signals import NO_FAULT
 from adeye.store import tables
 from adeye.store.block import RunBlock
@@ -77,9 +83,9 @@ def save_forks(connection: Connection, forks: Sequence[ForkRecord], block: RunBl
 _COMPARED = f"""
 SELECT c.campaign_id, c.ordinal, c.scenario, c.architecture, t.fault_entry, b.result_digest AS run,
     b.model, b.edition, b.drive_digest AS drive,
-    m.contact, m.contact_status, m.contact_actor, r.realised, m.impact_speed_mps,
+    m.contact, m.contact_status, m.contact_actor, m.contact_time_s, r.realised, m.impact_speed_mps,
     n.contact AS drive_contact, n.contact_status AS drive_contact_status,
-    n.contact_actor AS drive_contact_actor,
+    n.contact_actor AS drive_contact_actor, n.contact_time_s AS drive_contact_time_s,
     CASE WHEN {standing("b.drive_digest")} THEN d.realised ELSE 0 END AS drive_realised,
     n.impact_speed_mps AS drive_impact_speed_mps
 FROM benchmark b
@@ -216,11 +222,18 @@ def _compared(connection: Connection, campaign: str) -> list[Comparison]:
             cell=cell_of(
                 contact_of(item.contact, item.contact_status, item.realised),
                 contact_of(item.drive_contact, item.drive_contact_status, item.drive_realised),
-                is_same=item.contact_actor == item.drive_contact_actor,
+                is_same=_is_same(item),
             ),
         )
         for item in found
     ]
+
+
+def _is_same(item: Any) -> bool:
+    """Tell whether two contacts are with one road user, and in one hazard."""
+    times = item.contact_time_s, item.drive_contact_time_s
+    is_near = None not in times and abs(times[0] - times[1]) <= SAME_HAZARD_S
+    return bool(item.contact_actor == item.drive_contact_actor and is_near)
 
 
 def _stored_test_case(

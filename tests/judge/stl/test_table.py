@@ -580,6 +580,22 @@ def test_sample_that_is_none_says_why() -> None:
     assert (found.verdict, found.judgement.detail) == (Verdict.ERROR, "row 2: ttc is empty")
 
 
+@pytest.mark.parametrize(
+    ("ages", "words", "margin"),
+    [
+        ([50.0, 7.0, 9.0, 30.0], ["value"] * 4, 5.0),
+        ([50.0, None, 9.0, 30.0], ["value", "no_conflict", "value", "value"], 7.0),
+        ([50.0, None, None, 60.0], ["value", "no_conflict", "no_conflict", "value"], 48.0),
+    ],
+)
+def test_margin_of_a_column_is_that_of_its_numbers(
+    ages: list[float | None], words: list[str], margin: float
+) -> None:
+    table = table_of({"time": EVEN, "age": ages, "age.status": words})
+    found = judge_table("always(age >= 2)", table, Reading())
+    assert found.judgement.margin == margin
+
+
 def test_empty_cell_stays_an_error_where_nothing_says_why() -> None:
     table = table_of({**STATUS, "ttc.status": ["value"] * 4})
     assert verdict(table, "always(ttc > 1)") is Verdict.ERROR

@@ -95,6 +95,13 @@ def test_program_that_cannot_be_executed_says_why(children: Children, tmp_path: 
     assert "Exec format error" in answer.detail
 
 
+def test_pipe_that_closes_after_its_program_is_none_of_our_defects(children: Children) -> None:
+    # A child holds it a little longer.
+    leaving = "import os, sys, time\nsys.stdin.read()\nif os.fork() == 0: time.sleep(0.1)"
+    start(children, 0, leaving)
+    assert children.finish(20.0) == {}
+
+
 def test_ended_program_is_gone(children: Children) -> None:
     start(children, 0, "import os\nprint(os.getpid(), flush=True)\nimport time\ntime.sleep(3600)")
     answer = children.ask({0: b"\n"}, {0: 20.0})[0]

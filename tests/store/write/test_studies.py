@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -162,6 +163,23 @@ def test_measured_pairs(store: Store, campaign: str, monkeypatch: pytest.MonkeyP
     assert store.repository.hindsight.exercised("f" * 32, fsrs) == frozenset()
     monkeypatch.setattr("adeye.judge.timeline.TIMELINE_VERSION", 9)
     assert store.repository.hindsight.exercised(campaign, fsrs) == frozenset()
+
+
+@pytest.mark.parametrize(
+    ("actor", "time", "is_same"),
+    [("lead", 4.0, True), ("lead", 9.0, True), ("lead", 9.5, False), ("other", 4.0, False)],
+)
+def test_contacts_of_one_hazard_are_with_one_road_user_and_near(
+    actor: str, time: float, *, is_same: bool
+) -> None:
+    item = SimpleNamespace(
+        contact_actor="lead",
+        contact_time_s=4.0,
+        drive_contact_actor=actor,
+        drive_contact_time_s=time,
+    )
+    assert benchmarks._is_same(item) is is_same
+    assert not benchmarks._is_same(SimpleNamespace(**{**vars(item), "contact_time_s": None}))
 
 
 def test_drives_of_another_version(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
