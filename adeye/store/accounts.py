@@ -202,6 +202,7 @@ def whole_rows(connection: Connection, campaign_id: str) -> tuple[tuple[Table, l
                 connection, campaign_id, fsr, _read(nested_antecedents, content)
             )
         ),
+        *_only_outside(connection, campaign_id),
     ]
     return (tables.case_repeat, _repeat_rows(connection, campaign_id, never, idle)), (
         tables.never_held,
@@ -363,6 +364,24 @@ def _never_held(
             if HELD not in kinds:
                 values = place + 1, antecedents[place], int(NEEDED in kinds)
                 yield row(tables.never_held, (campaign_id, fsr, architecture, *values))
+
+
+_OUTSIDE: Final = 10_000
+"""Place behind all implications."""
+
+
+def _only_outside(connection: Connection, campaign_id: str) -> Iterator[Row]:
+    """Find FSRs of everywhere that no run inside the ODD exercises: of it they say nothing."""
+    found = connection.exec_driver_sql(
+        f"SELECT f.fsr_id, f.architecture FROM {JUDGED_CASES} "  # noqa: S608 - own names
+        "WHERE c.campaign_id = ? AND f.applies = 'everywhere' AND v.exercised = 1 "
+        "GROUP BY f.fsr_id, f.architecture HAVING MAX(c.inside_odd) = 0 "
+        "ORDER BY f.fsr_id, f.architecture",
+        (campaign_id,),
+    )
+    told = "what it asks about inside the ODD"
+    for fsr, architecture in found:
+        yield row(tables.never_held, (campaign_id, fsr, architecture, _OUTSIDE, told, 1))
 
 
 def account_whole(connection: Connection, campaign_id: str) -> None:

@@ -130,3 +130,25 @@ def test_odd_without_a_campaign_is_a_usage_error(project: Project) -> None:
         odd["odd"] = "another"
     with pytest.raises(UsageError, match="has no campaign"):
         meant(project)
+
+
+def test_fsr_of_everywhere_that_no_run_inside_the_odd_exercises_is_vacuous(tmp_path: Path) -> None:
+    project = Project(tmp_path / "project", {**ODD, "plugins": [], "outside": "robustness"})
+    with project.edited_odd() as odd:
+        odd["attributes"] = {"dynamic_elements": {"ego_speed": {"max": "90 km/h"}}}
+    with project.edited(CONCEPT) as concept:
+        first = concept["requirements"][0]
+        bound = {"formula": "always(ego.speed > 95 km/h implies not contact)", "bound": None}
+        concept["requirements"] = [
+            {**first, "applies": "everywhere", "min_exercised": 1},
+            {**first, "id": "FSR-99", "applies": "everywhere", **bound, "min_exercised": 1},
+        ]
+        for item in concept["requirements"]:
+            item.pop("bound", None)
+    summary = project.run()
+    assert summary.exit_code is ExitCode.INCOMPLETE
+    said = "FSR-99 VACUOUS for camera_radar (what it asks about inside the ODD never held)"
+    assert said in summary.message
+    assert first["id"] not in summary.message
+    with Repository.open(project.db, create=False) as repository:
+        assert repository.verify() == ()

@@ -31,6 +31,13 @@ ACCESSORS: Final = {"Enumeration": {"2.0": "Integer", "3.0": "Int64"}}
 """By which type variables of a type are set and read, where that is not its own."""
 
 
+_ENDS: Final = {
+    **{f"Int{bits}": (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1) for bits in (8, 16, 32, 64)},
+    **{f"UInt{bits}": (0, 2**bits - 1) for bits in (8, 16, 32, 64)},
+}
+"""Least and most of whole numbers by their type; beyond it C takes another number."""
+
+
 class Instance:
     """One instance of an FMU for co-simulation, of FMI 2.0 or 3.0."""
 
@@ -134,7 +141,12 @@ def _typed(kind: str, value: Any) -> Any:
         return math.nan if value is None else float(value)
     if kind in {"String", "Binary"}:
         return value
-    return round(value)
+    whole = round(value)
+    low, high = _ENDS.get(kind, _ENDS["Int32"])
+    if not low <= whole <= high:
+        msg = f"{value:g} is no {kind}, which is from {low} to {high}"
+        raise RuntimeError(msg)
+    return whole
 
 
 def _plain(kind: str, value: Any) -> Any:

@@ -1,14 +1,19 @@
 """The FMUs of a batch: what one does is its own run's, and starting one costs little."""
 
+import math
 import subprocess
 import sys
 from pathlib import Path
 from typing import Any
 
+import pytest
+
+from adeye.simulate.bridges import fmu_program
 from adeye.simulate.bridges.fmi import Wire
 from adeye.simulate.bridges.fmus import Fmus, Step, Wired
 from adeye.simulate.bridges.programs import Broken
 from adeye.spec.programs import FmuUse
+from tests.refusals import refused
 from tests.simulate.bridges.fmus import SHIPPED, Var, build_fmu
 
 ASKED = Step([], 0.0, 0.1, is_before=True)
@@ -79,3 +84,24 @@ print(sorted(set(sys.modules) - there))
 """
     file = SHIPPED / "follow_and_keep.fmu"
     assert in_a_process(code, file, tmp_path / "there") == "[]"
+
+
+@pytest.mark.parametrize(
+    ("kind", "fits", "beyond"),
+    [
+        ("UInt64", (0, 2**64 - 1), (-1, 2.0**64)),
+        ("UInt8", (0, 255), (-0.6, 256)),
+        ("Int8", (-128, 127), (-129, 128)),
+        ("Integer", (-(2**31), 2**31 - 1), (2**31, -1e300)),
+        ("Enumeration", (1, 2), (1e10,)),
+    ],
+)
+def test_number_that_a_type_does_not_have_is_refused(
+    kind: str, fits: tuple[float, ...], beyond: tuple[float, ...]
+) -> None:
+    # C would take another number for it, and say nothing.
+    assert [fmu_program._typed(kind, value) for value in fits] == list(fits)
+    for value in beyond:
+        refused(RuntimeError, fmu_program._typed, kind, value, says=f"is no {kind}, which is from")
+    for value in (math.nan, math.inf):
+        refused((ValueError, OverflowError), fmu_program._typed, kind, value)
