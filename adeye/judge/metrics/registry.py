@@ -336,8 +336,8 @@ def compute_metrics(
 ) -> dict[str, MetricColumn]:
     """Compute metrics of B runs.
 
-    Where a metric raises, or gives a number that is not finite or a status that does not exist,
-    the run's status is ``error``; each run by itself.
+    Where a metric raises, or gives a number that is not finite or beyond the ends that it declares,
+    or a status that does not exist, the run's status is ``error``; each run by itself.
 
     Args:
         trace: The runs.
@@ -368,10 +368,23 @@ def _checked(metric: MetricDefinition, series: TraceSeries) -> MetricColumn:
         is_formed = False
     if not is_formed:
         return _one_by_one(metric, series)
-    codes[(codes < 0) | ((codes == 0) & ~np.isfinite(values))] = CODES[ERROR]
     # What is not complete may tell how bad it is at least.
+    is_told = np.isin(codes, (CODES[VALUE], CODES[INCOMPLETE]))
+    is_wrong = (codes < 0) | ((codes == 0) & ~np.isfinite(values))
+    codes[is_wrong | (is_told & _is_beyond(metric, values, series.trace))] = CODES[ERROR]
     values[~np.isfinite(values) | ~np.isin(codes, (CODES[VALUE], CODES[INCOMPLETE]))] = np.nan
     return MetricColumn(values, StatusColumn(codes), times, actor)
+
+
+def _is_beyond(metric: MetricDefinition, values: Floats, trace: Trace) -> Bools:
+    """Tell which values (B,) are none that the metric says it can have, by more than rounding."""
+    low = -np.inf if metric.least is None else metric.least
+    high: Any = np.inf if metric.most is None else metric.most
+    if metric.most is not None and metric.most_per:
+        lasts = trace.time[trace.length - 1]
+        high = high * (lasts if metric.most_per == "s" else trace.length)
+    slack = _ROUNDING * np.maximum(1.0, np.abs(values))
+    return np.asarray((values < low - slack) | (values > high + slack))
 
 
 def _numbers(

@@ -3,6 +3,7 @@
 import logging
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -275,6 +276,28 @@ def test_value_that_is_not_finite_is_an_error(hand_made: Any, bad: float) -> Non
             return column
 
     assert computed(Bad, hand_made(runs=2)).status == ("error", "value")
+
+
+@pytest.mark.parametrize(
+    ("least", "most", "per", "told"),
+    [
+        (0.0, None, "", ("value", "error")),
+        (-2.0, None, "", ("value", "value")),
+        (-1.0, 4.0, "", ("error", "value")),
+        (None, 1e-3, "s", ("error", "value")),
+        (None, 100.0, "row", ("value", "value")),
+    ],
+)
+def test_value_beyond_the_ends_that_a_metric_declares_is_an_error(
+    hand_made: Any, least: float | None, most: float | None, per: str, told: tuple[str, ...]
+) -> None:
+    class Other(Mean):
+        def compute(self, trace: Any) -> MetricColumn:
+            column = super().compute(trace)
+            return replace(column, value=np.array([5.0, -1.0]))
+
+    ends = {"least": least, "most": most, "most_per": per}
+    assert computed(type("Ended", (Other,), ends), hand_made(runs=2)).status == told
 
 
 def test_status_that_does_not_exist_is_an_error(hand_made: Any) -> None:
