@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import getpass
 import json
+import os
 import platform
 import subprocess
 from collections import defaultdict
@@ -34,7 +35,7 @@ from adeye.simulate.engine import DEFAULT_BACKEND, DRIVER, EngineIdentity, ident
 from adeye.spec.architecture import Architecture
 from adeye.spec.channels import RemoteChannel
 from adeye.spec.fault import FAULT, Injected, idle_faults
-from adeye.spec.load import INPUTS, MAPS, OddFiles, load_odd
+from adeye.spec.load import INPUTS, MAPS, OddFiles, load_odd, odd_of
 from adeye.spec.odd import Attributes, Distribution, Odd
 from adeye.spec.quantity import SI, Record
 from adeye.spec.scenario import LogicalScenario
@@ -342,7 +343,10 @@ def recreate(
 
 
 def folder_of_plugins(
-    stored: StoredCase, provenances: Iterable[Mapping[str, Any]], architecture: str
+    stored: StoredCase,
+    provenances: Iterable[Mapping[str, Any]],
+    architecture: str,
+    near: Path | None = None,
 ) -> Path:
     """Find the folder of the file that names the plug-ins of a test case.
 
@@ -351,15 +355,30 @@ def folder_of_plugins(
         provenances: Where the campaign was planned and executed; the first folder counts that is
             there, else the first.
         architecture: Id of the architecture.
+        near: Folder of the database, see ``find_odd``: whoever asks may stand elsewhere, and find
+            another project's plug-ins there.
     """
-    told = (item.get(FOLDERS, {}).get(architecture) for item in provenances)
+    told = (_folder_told(item, architecture, near) for item in provenances)
+    former = stored.architecture.get(FOLDER)
     first: Path | None = None
-    for name in chain((stored.architecture.get(FOLDER),), told):
-        if name is not None:
-            first = first or Path(name)
-            if Path(name).is_dir():
-                return Path(name)
+    for path in chain((None if former is None else Path(former),), told):
+        if path is not None:
+            first = first or path
+            if path.is_dir():
+                return path
     return first or Path()
+
+
+def _folder_told(
+    provenance: Mapping[str, Any], architecture: str, near: Path | None
+) -> Path | None:
+    """Return a folder of plug-ins, which lies to the ODD's file as it did."""
+    name = provenance.get(FOLDERS, {}).get(architecture)
+    named = str(provenance.get("odd_path", ""))
+    if name is None or not named or Path(name).is_absolute():
+        return None if name is None else Path(name)
+    beside = os.path.relpath(name, Path(named).parent)
+    return Path(os.path.normpath(odd_of(provenance, near).parent / beside))
 
 
 # --- Plan a campaign: load, check everything that can be checked, count; nothing is executed ------

@@ -195,10 +195,9 @@ def recall(repository: Repository, run: RunRef) -> Recalled:
         repository.content("concept", campaign.concept_digest), context=SI
     )
     name = case.architecture.architecture
-    folders = {name: folder_of_plugins(row, _provenances(repository, campaign), name)}
-    if case.scenario.drivers:
-        key = case.place_key
-        folders[key] = folder_of_plugins(row, _provenances(repository, campaign), key)
+    keys = (name, *((case.place_key,) if case.scenario.drivers else ()))
+    near, known = repository.location.beside.parent, list(_provenances(repository, campaign))
+    folders = {key: folder_of_plugins(row, known, key, near) for key in keys}
     work = WorkContext(
         backend=str(stored.row["backend"]),
         variant=_known_variant(stored.row),
@@ -208,7 +207,7 @@ def recall(repository: Repository, run: RunRef) -> Recalled:
         requirements=() if run.is_drive else concept.requirements,
         faults=tuple(fault["id"] for fault in odd["odd"]["faults"]),
         metrics=tuple(odd["odd"].get("plugins", ())),
-        odd_folder=odd_of(campaign.provenance, repository.location.beside.parent).parent,
+        odd_folder=odd_of(campaign.provenance, near).parent,
     )
     uncertainty = repository.hindsight.half_steps.judged_with(run, stored)
     return Recalled(run, stored, case, work, uncertainty)

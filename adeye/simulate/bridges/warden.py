@@ -173,7 +173,9 @@ class Warden:
             selector.register(awake, selectors.EVENT_READ)
             try:
                 while True:
-                    ready = selector.select(WATCH_S if self._programs else None)
+                    # What a program left behind may outlive it.
+                    is_watched = self._programs or (_IS_LINUX and children(os.getpid()))
+                    ready = selector.select(WATCH_S if is_watched else None)
                     fds = {key.fd for key, _ in ready}
                     if awake in fds:
                         os.read(awake, 4096)

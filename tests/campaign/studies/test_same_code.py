@@ -1,11 +1,14 @@
 """Nothing is executed beside a stored run with other code than executed the run."""
 
+import os
+import shutil
 import zipfile
 from hashlib import sha256
 from pathlib import Path
 
 import pytest
 
+import adeye
 from adeye.campaign.parts import Source, Unchanged
 from adeye.campaign.studies.fault_timing import campaign_injections, run_timeline
 from adeye.campaign.studies.forks import fork_run
@@ -15,6 +18,16 @@ from tests.project import Project, odd_of
 from tests.refusals import refused
 
 OWN = "def drive(seen):\n    return 0.0, 0.0\n"
+POLICY = {
+    "extends": "camera_radar.yaml",
+    "architecture": "own",
+    "channels": {
+        "nominal": {
+            "kind": "policy",
+            "parameters": {"policy": "./own.py:drive", "normalised": False},
+        }
+    },
+}
 FMU = "odd/architectures/fmus/single_track.fmu"
 
 
@@ -53,6 +66,23 @@ def test_what_is_written_while_something_is_executed_is_noticed(tmp_path: Path) 
     refused(IntegrityError, unchanged.check, says=r"was changed after .*own\.py")
 
 
+def test_plugin_is_looked_for_where_it_was_and_not_in_the_project_that_one_stands_in(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    project = Project(tmp_path / "project", odd_of("lead_braking", architectures=("own",)))
+    project.write("odd/architectures/own.yaml", POLICY)
+    (project.folder / "odd" / "architectures" / "own.py").write_text(OWN)
+    monkeypatch.chdir(project.folder)
+    adeye.run("odd/tested.yaml", db="adeye.db")
+    run = str(project.rows()[0]["run"])
+    other = tmp_path / "other"
+    shutil.copytree(project.folder, other)
+    (other / "odd" / "architectures" / "own.py").write_text(OWN.replace("0.0, 0.0", "-3.0, 0.0"))
+    for folder in (project.folder, project.folder / "odd", tmp_path, other):
+        monkeypatch.chdir(folder)
+        assert adeye.replay(run, db=os.path.relpath(project.db)).identical
+
+
 @pytest.mark.slow
 def test_twins_of_a_fault_are_of_the_program_that_drove(tmp_path: Path) -> None:
     fault = {
@@ -65,17 +95,7 @@ def test_twins_of_a_fault_are_of_the_program_that_drove(tmp_path: Path) -> None:
     project = Project(tmp_path / "project", odd_of(asked, faults=[fault], architectures=("own",)))
     code = project.folder / "odd" / "architectures" / "own.py"
     code.write_text(OWN)
-    content = {
-        "extends": "camera_radar.yaml",
-        "architecture": "own",
-        "channels": {
-            "nominal": {
-                "kind": "policy",
-                "parameters": {"policy": "./own.py:drive", "normalised": False},
-            }
-        },
-    }
-    project.write("odd/architectures/own.yaml", content)
+    project.write("odd/architectures/own.yaml", POLICY)
     project.run()
     (first,) = (row for row in project.rows() if row["fault_entry"] == "blind")
     kept = code.read_text()

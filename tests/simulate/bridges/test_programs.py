@@ -102,6 +102,23 @@ def test_pipe_that_closes_after_its_program_is_none_of_our_defects(children: Chi
     assert children.finish(20.0) == {}
 
 
+def test_daemon_that_a_program_leaves_at_its_end_is_told(children: Children) -> None:
+    # It is a child of the program itself, which ends right after.
+    leaving = """
+import os, sys, time
+sys.stdin.read()
+if os.fork() == 0:
+    os.setsid()
+    for fd in range(3):
+        os.close(fd)
+    time.sleep(3600)
+time.sleep(0.1)
+"""
+    start(children, 0, leaving)
+    assert children.finish(20.0) == {}
+    assert children.strays == 1
+
+
 def test_ended_program_is_gone(children: Children) -> None:
     start(children, 0, "import os\nprint(os.getpid(), flush=True)\nimport time\ntime.sleep(3600)")
     answer = children.ask({0: b"\n"}, {0: 20.0})[0]
