@@ -406,6 +406,9 @@ def _of_first_row(node: syntax.Node, step: float, *, is_asked: bool = True) -> s
     is_longer = window is None or syntax.last_row(window.last_s, step) > 0
     if isinstance(node, syntax.Temporal | syntax.Until) and is_longer:
         return None
+    if isinstance(node, syntax.Edge | syntax.Previous):
+        # Before the first row there is nothing.
+        return node
     sides = [(child, is_asked) for child in syntax.children(node)]
     if isinstance(node, syntax.Not):
         sides = [(node.operand, not is_asked)]

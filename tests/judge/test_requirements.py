@@ -279,6 +279,8 @@ def test_what_asks_less_than_it_seems_is_refused(check: Check) -> None:
         "rise(gap >= 5 m) or gap >= 10 m",
         "gap >= 5 m or always(not contact)",
         "not (gap < 5 m or eventually(contact))",
+        "not rise(eventually[0 s, 1 s](contact))",
+        "always(gap >= 5 m) or (gap >= 5 m and always(not contact))",
         "not not (gap >= 5 m and always(not contact))",
         "not (always(not contact) implies gap < 5 m)",
         "always[0 s, 0 s](gap >= 5 m and always[0 s, 2 s](not contact))",
