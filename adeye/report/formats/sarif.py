@@ -279,6 +279,9 @@ def _of_pair(report: Report, fsr: Fsr, architecture: Architecture) -> Iterator[S
         cell = report.cell(fsr.id, architecture.id, scenario.id)
         if cell is not None and cell.verdict is Verdict.PASS:
             continue
+        if cell is None and overall is not None and overall.verdict is None:
+            # It is not run there because it cannot be judged.
+            cell = overall
         is_neutral = overall is not None and overall.excuses(cell)
         is_shown = is_shown or not is_neutral
         yield _verdict_result(report, (fsr, architecture, scenario), cell, is_neutral=is_neutral)

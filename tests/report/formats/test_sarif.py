@@ -11,7 +11,7 @@ from adeye.errors import SourceLocation
 from adeye.judge.verdict import ExitCode, Verdict
 from adeye.report.formats import sarif
 from adeye.report.model.part import Place
-from adeye.report.model.report import Report
+from adeye.report.model.report import Cell, Report
 from adeye.store.read.checking import Checked, Violation
 from adeye.store.read.totals import ChannelFailure
 from adeye.store.rules import RULES
@@ -205,6 +205,16 @@ def test_only_mandatory_fsrs_of_the_gate_are_errors(report: Report) -> None:
     changed = report.model_copy(update={"architectures": (gate, *report.architectures[1:])})
     assert of(changed, "FSR-02/legacy_camera/cut_in")["level"] == "error"
     assert of(changed, "FSR-07/legacy_camera/cut_in")["level"] == "warning"
+
+
+def test_fsr_that_cannot_be_judged_is_not_applicable_in_each_scenario(report: Report) -> None:
+    pair = "FSR-01", "camera_radar"
+    cell = Cell(fsr=pair[0], architecture=pair[1], verdict=None, command="adeye show", note="why")
+    others = [item for item in report.cells if (item.fsr, item.architecture) != pair]
+    found = of(report.model_copy(update={"cells": (*others, cell)}), "/".join((*pair, "cut_in")))
+    assert found["properties"]["verdict"] == "NOT_APPLICABLE"
+    assert "why" in found["message"]["text"]
+    assert "no result is recorded" not in found["message"]["text"]
 
 
 def test_scenario_that_does_not_exercise_a_passing_fsr_is_not_applicable(report: Report) -> None:
