@@ -818,6 +818,9 @@ def _notices(files: OddFiles) -> Iterator[str]:
         if fsr.unusual_formula:
             yield f"{fsr.id} is meant, although no run was found that decides all of its formula"
     for name, item in files.architectures.items():
+        plant = item.spec.vehicle.plant
+        if plant is not None and "friction" not in plant.inputs.values():
+            yield f"{name}: the FMU of the vehicle is not told the friction, which changes nothing"
         for channel, spec in item.spec.channels.items():
             if isinstance(spec, RemoteChannel):
                 yield from _at_an_address(f"{name}: channel {channel}", spec.parameters)

@@ -130,7 +130,7 @@ _OPEN: Final = {
     "not_applicable": "a signal does not apply where it would decide",
 }
 _STATUS_WORDS: Final = {
-    statuses.ERROR: "the metric has no finite value",
+    statuses.ERROR: "the metric has no finite value that it may have",
     statuses.NO_CONFLICT: "no conflict",
     statuses.NOT_APPLICABLE: "the metric does not apply to this run",
     statuses.UNDEFINED: "the metric is undefined in this run",

@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -392,6 +392,9 @@ def _weak_part(root: syntax.Node, step: float) -> tuple[syntax.Node, str, str] |
     return None
 
 
+_OF_THE_START: Final = {("always", "once"), ("eventually", "historically")}
+
+
 def _of_first_row(node: syntax.Node, step: float, *, is_asked: bool = True) -> syntax.Node | None:
     """Find what is asked of the first row of a run and of no other.
 
@@ -405,7 +408,11 @@ def _of_first_row(node: syntax.Node, step: float, *, is_asked: bool = True) -> s
     window = syntax.window_of(node)
     is_longer = window is None or syntax.last_row(window.last_s, step) > 0
     if isinstance(node, syntax.Temporal | syntax.Until) and is_longer:
-        return None
+        # What held once up to every row held at the first one, and it is enough that it did.
+        pair = syntax.head_of(node), syntax.head_of(syntax.children(node)[0])
+        is_first = window is None or window.first_s <= 0.0
+        back = syntax.window_of(syntax.children(node)[0])
+        return node if pair in _OF_THE_START and is_first and back is None else None
     if isinstance(node, syntax.Edge | syntax.Previous):
         # Before the first row there is nothing.
         return node

@@ -371,16 +371,17 @@ _OUTSIDE: Final = 10_000
 
 
 def _only_outside(connection: Connection, campaign_id: str) -> Iterator[Row]:
-    """Find FSRs of everywhere that no run inside the ODD exercises: of it they say nothing."""
+    """Find FSRs of everywhere that too few runs inside the ODD exercise: others do not count."""
     found = connection.exec_driver_sql(
-        f"SELECT f.fsr_id, f.architecture FROM {JUDGED_CASES} "  # noqa: S608 - own names
+        f"SELECT f.fsr_id, f.architecture, MAX(f.min_exercised) FROM {JUDGED_CASES} "  # noqa: S608 - own names
         "WHERE c.campaign_id = ? AND f.applies = 'everywhere' AND v.exercised = 1 "
-        "GROUP BY f.fsr_id, f.architecture HAVING MAX(c.inside_odd) = 0 "
-        "ORDER BY f.fsr_id, f.architecture",
+        "GROUP BY f.fsr_id, f.architecture HAVING SUM(c.inside_odd) < COUNT(*) "
+        "AND SUM(c.inside_odd) < MAX(f.min_exercised) ORDER BY f.fsr_id, f.architecture",
         (campaign_id,),
     )
-    told = "what it asks about inside the ODD"
-    for fsr, architecture in found:
+    for fsr, architecture, least in found:
+        runs = f" in {least:,} runs" if least > 1 else ""
+        told = f"what it asks about inside the ODD{runs}"
         yield row(tables.never_held, (campaign_id, fsr, architecture, _OUTSIDE, told, 1))
 
 

@@ -81,7 +81,7 @@ _SHOWN: Final = frozenset(
 """Parameters of an address that hold no secret; what others hold is not known."""
 _SECRETS: Final = ("password", "sslpassword")
 _LIKE_A_SERVER: Final = re.compile(r"\s*postgres\w*(\+\w+)?:|.*passw(or)?d\s*=", re.I | re.S)
-_UID: Final = r"(?:adeye|local):[\w.]+@\d+(?![^\s'\",.]|\.\w)"
+_UID: Final = r"(?:adeye|local):[\w.]+@\d+(?![^\s'\",.:]|[.:]\w)"
 _TYPED: Final = re.compile(
     r"(\bpostgres\w*(?:\+\w+)?:/*[^\s:@]*:).*@[^\s'\"]*|"
     # A word is looked at from its beginning only, and so far: a message may quote a whole file. The

@@ -325,7 +325,7 @@ never_held = insert_only(
 """Implications below the top level whose antecedent held in no run that PASSes, once all blocks are
 done; they decide where a run satisfies the FSR only because of that. At place 0, which decides,
 that the faults an FSR names changed nothing in any run that exercises it; at the last one, which
-does, that an FSR of everywhere is exercised by no run inside the ODD."""
+does, that an FSR of everywhere is exercised by too few runs inside the ODD."""
 
 RECOUNTED: Final = (case_count, case_match, case_run, case_tally, case_repeat, never_held)
 """Tables that plan and results tell whole: verification makes them again instead of trusting a

@@ -28,7 +28,7 @@ from adeye.sweep.case import structure_key
 from adeye.sweep.design import design_statement
 from adeye.sweep.expand import Expansion, expand
 from tests.conftest import MakeProject
-from tests.project import CANDIDATE, CONCEPT, ROOT, Executed
+from tests.project import CANDIDATE, CONCEPT, ROOT, Executed, odd_of
 from tests.refusals import refused
 from tests.stored import known, stored
 
@@ -222,6 +222,16 @@ def test_channel_that_cannot_act_is_worth_a_notice(make_project: MakeProject) ->
         "fault front_camera_out acts on sensors.front_camera, which no channel of camera_radar "
         "that can act is linked to",
     )
+
+
+def test_vehicle_that_is_not_told_the_friction_is_worth_a_notice(make_project: MakeProject) -> None:
+    pytest.importorskip("fmpy", reason="needs adeye[fmi]")
+    project = make_project(odd_of("cut_in", architectures=("fmu_vehicle",)))
+    assert project.plan().notices == ()
+    with project.edited("odd/architectures/fmu_vehicle.yaml") as vehicle:
+        del vehicle["vehicle"]["plant"]["inputs"]["mu"]
+    (said,) = project.plan().notices
+    assert "fmu_vehicle: the FMU of the vehicle is not told the friction" in said
 
 
 def test_formula_that_no_run_decides_is_refused_in_its_line_or_worth_a_notice(

@@ -142,6 +142,7 @@ def test_fsr_of_everywhere_that_no_run_inside_the_odd_exercises_is_vacuous(tmp_p
         concept["requirements"] = [
             {**first, "applies": "everywhere", "min_exercised": 1},
             {**first, "id": "FSR-99", "applies": "everywhere", **bound, "min_exercised": 1},
+            {**first, "id": "FSR-98", "applies": "everywhere", "min_exercised": 2},
         ]
         for item in concept["requirements"]:
             item.pop("bound", None)
@@ -149,6 +150,8 @@ def test_fsr_of_everywhere_that_no_run_inside_the_odd_exercises_is_vacuous(tmp_p
     assert summary.exit_code is ExitCode.INCOMPLETE
     said = "FSR-99 VACUOUS for camera_radar (what it asks about inside the ODD never held)"
     assert said in summary.message
+    told = "what it asks about inside the ODD in 2 runs never held"
+    assert told in summary.message
     assert first["id"] not in summary.message
     with Repository.open(project.db, create=False) as repository:
         assert repository.verify() == ()

@@ -11,7 +11,9 @@ from tests.chaos.bench import DB, ODD_FILE, Bench, Said
 from tests.chaos.ways import Do, Way, edited, fsr
 from tests.project import CANDIDATE, CONCEPT
 
-NO_VALUE: Final = "FSR-06 ERROR for camera_radar (odd_m, the metric has no finite value)"
+NO_VALUE: Final = (
+    "FSR-06 ERROR for camera_radar (odd_m, the metric has no finite value that it may have)"
+)
 TIGHT: Final = "always(abs(ego.lane_offset) <= 0.001 m)"
 LEAD_BRAKING: Final = "scenarios_db/motorway/lead_braking.yaml"
 gated = partial(edited, then=Bench.run_and_gate)

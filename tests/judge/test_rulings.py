@@ -54,7 +54,7 @@ FRAME = Frame(
     invalid=tuple(reason for _, _, _, reason in RUNS),
 )
 REASONS = {
-    "error": "the metric has no finite value",
+    "error": "the metric has no finite value that it may have",
     "no_conflict": "no conflict",
     "not_applicable": "the metric does not apply to this run",
     "undefined": "the metric is undefined in this run",

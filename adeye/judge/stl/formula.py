@@ -260,7 +260,7 @@ def parse_formula(
             f"formula '{cut(text)}', character {looking_back.span[0] + 1}: '{part}' would look "
             "back from the first row only",
             where=where,
-            remedy=f"Ask for it at every row: always({part}).",
+            remedy=f"Say when it is asked for: always(q implies {part}).",
         )
     named = tuple((name, parameters[name][0]) for name in sorted(used))
     return Formula(text, where, root, syntax.names_in(root), syntax.future_reach(root), named)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from adeye.errors import SpecError, needing, suggest
+from adeye.simulate.bridges.fmu_program import ENDS
 from adeye.units import UNITS, shown
 
 if TYPE_CHECKING:
@@ -33,6 +34,8 @@ NUMBERS: Final = (
     | {f"{sign}Int{bits}" for sign in ("", "U") for bits in (8, 16, 32, 64)}
 )
 """Types of variables that take and give numbers."""
+_WHOLE: Final = frozenset({"object", "present", "seed"})
+"""Signals that are whole numbers or truths; another type would take something else for others."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -217,15 +220,17 @@ def wire(
         causality: What the variables must be: ``input`` or ``output``.
 
     Raises:
-        SpecError: There is no such variable, it is no number or something else than that, or its
-            unit measures something else.
+        SpecError: There is no such variable, its type or what it is does not fit, or its unit
+            measures something else.
     """
     wires = []
     for signal, name, dimension in wanted:
         variable = variable_of(description, name, causality)
-        if variable.kind not in NUMBERS:
+        is_whole = signal.rpartition(".")[2] in _WHOLE
+        if variable.kind not in (NUMBERS if is_whole else FLOATS):
+            what = "number" if is_whole else "number with a fraction"
             raise SpecError(
-                f"variable {shown(name)} of the FMU is {variable.kind}, no number",
+                f"variable {shown(name)} of the FMU is {variable.kind}, no {what}",
                 remedy="Name a variable that is one.",
             )
         wires.append(Wire(signal, name, *_scale(description, variable, dimension)))
@@ -310,9 +315,8 @@ def takes(kind: str, value: Any) -> bool:
         return False
     if kind in FLOATS or isinstance(value, bool) or kind == "Boolean":
         return isinstance(value, bool) is (kind == "Boolean")
-    bits = int(kind.rpartition("Int")[2]) if kind[-1].isdigit() else 32
-    low, high = (0, 2**bits) if kind.startswith("U") else (-(2 ** (bits - 1)), 2 ** (bits - 1))
-    return value == int(value) and low <= value < high
+    low, high = ENDS.get(kind, ENDS["Int32"])
+    return value == int(value) and low <= value <= high
 
 
 def require_start(description: Description, start: Mapping[str, Any]) -> None:

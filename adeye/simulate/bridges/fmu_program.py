@@ -31,7 +31,7 @@ ACCESSORS: Final = {"Enumeration": {"2.0": "Integer", "3.0": "Int64"}}
 """By which type variables of a type are set and read, where that is not its own."""
 
 
-_ENDS: Final = {
+ENDS: Final = {
     **{f"Int{bits}": (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1) for bits in (8, 16, 32, 64)},
     **{f"UInt{bits}": (0, 2**bits - 1) for bits in (8, 16, 32, 64)},
 }
@@ -142,7 +142,7 @@ def _typed(kind: str, value: Any) -> Any:
     if kind in {"String", "Binary"}:
         return value
     whole = round(value)
-    low, high = _ENDS.get(kind, _ENDS["Int32"])
+    low, high = ENDS.get(kind, ENDS["Int32"])
     if not low <= whole <= high:
         msg = f"{value:g} is no {kind}, which is from {low} to {high}"
         raise RuntimeError(msg)

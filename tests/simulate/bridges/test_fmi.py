@@ -5,7 +5,8 @@ import shutil
 import sys
 import zipfile
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import pytest
 
@@ -63,6 +64,18 @@ def test_variable_that_does_not_fit_is_refused(
     description: fmi.Description, wanted: tuple[str, str, Dimension], causality: str, says: str
 ) -> None:
     refused(SpecError, fmi.wire, description, [wanted], causality, says=says)
+
+
+@pytest.mark.parametrize("kind", ["Boolean", "Int32", "UInt8", "Integer"])
+def test_whole_number_is_told_and_told_to_nothing_that_has_a_fraction(kind: str) -> None:
+    variable = fmi.Variable("v", kind, "input", "discrete", "", "", is_scalar=True)
+    description = SimpleNamespace(variables={"v": variable}, units={})
+    none = Dimension.NONE
+    for signal, dimension in (("friction", none), ("objects.1.vx", SPEED), ("lead.gap", LENGTH)):
+        wanted = [(signal, "v", dimension)]
+        says = f"is {kind}, no number with a fraction"
+        refused(SpecError, fmi.wire, description, wanted, "input", says=says)
+    assert fmi.wire(cast("Any", description), [("objects.1.present", "v", none)], "input")
 
 
 @pytest.mark.parametrize("factor", ["0", "0.0", "NaN", "INF", "-INF"])
