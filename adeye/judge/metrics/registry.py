@@ -381,8 +381,9 @@ def _is_beyond(metric: MetricDefinition, values: Floats, trace: Trace) -> Bools:
     low = -np.inf if metric.least is None else metric.least
     high: Any = np.inf if metric.most is None else metric.most
     if metric.most is not None and metric.most_per:
-        lasts = trace.time[trace.length - 1]
-        high = high * (lasts if metric.most_per == "s" else trace.length)
+        # What counts rows for time counts the last one, too.
+        step = trace.time[1] if len(trace.time) > 1 else np.inf
+        high = high * trace.length * (step if metric.most_per == "s" else 1.0)
     slack = _ROUNDING * np.maximum(1.0, np.abs(values))
     return np.asarray((values < low - slack) | (values > high + slack))
 
