@@ -820,7 +820,7 @@ def _notices(files: OddFiles) -> Iterator[str]:
     for name, item in files.architectures.items():
         plant = item.spec.vehicle.plant
         if plant is not None and "friction" not in plant.inputs.values():
-            yield f"{name}: the FMU of the vehicle is not told the friction, which changes nothing"
+            yield f"{name}: the FMU of the vehicle is not told the friction: it drives alike on ice"
         for channel, spec in item.spec.channels.items():
             if isinstance(spec, RemoteChannel):
                 yield from _at_an_address(f"{name}: channel {channel}", spec.parameters)

@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -378,11 +378,11 @@ def _place_of(requirement: Requirement) -> tuple[str, ...]:
     return ("bound", "at_most" if bound.at_least is None else "at_least")
 
 
-def _weak_part(root: syntax.Node, step: float) -> tuple[syntax.Node, str, str] | None:
+def _weak_part(root: syntax.Condition, step: float) -> tuple[syntax.Node, str, str] | None:
     """Find what asks for less than it seems; how, and what to write instead."""
-    part = _of_first_row(root, step)
-    if part is not None:
-        return part, "is asked of the first row alone", "Write always(...) or eventually(...)"
+    first = _of_first_row(root, step)
+    if first is not None:
+        return first, "is asked of the first row alone", "Write always(...) or eventually(...)"
     for part in syntax.walk(root):
         if syntax.head_of(part) in {"eventually", "once", "until", "since"}:
             last = syntax.children(part)[-1]
@@ -392,10 +392,9 @@ def _weak_part(root: syntax.Node, step: float) -> tuple[syntax.Node, str, str] |
     return None
 
 
-_OF_THE_START: Final = {("always", "once"), ("eventually", "historically")}
-
-
-def _of_first_row(node: syntax.Node, step: float, *, is_asked: bool = True) -> syntax.Node | None:
+def _of_first_row(
+    node: syntax.Condition, step: float, *, is_asked: bool = True
+) -> syntax.Condition | None:
     """Find what is asked of the first row of a run and of no other.
 
     What implies something may be about the start: it says of which runs that is asked.
@@ -405,28 +404,39 @@ def _of_first_row(node: syntax.Node, step: float, *, is_asked: bool = True) -> s
         step: Time between rows [s].
         is_asked: Whether the formula asks for the part, else for its contrary.
     """
-    window = syntax.window_of(node)
-    is_longer = window is None or syntax.last_row(window.last_s, step) > 0
-    if isinstance(node, syntax.Temporal | syntax.Until) and is_longer:
-        # What held once up to every row held at the first one, and it is enough that it did.
-        pair = syntax.head_of(node), syntax.head_of(syntax.children(node)[0])
-        is_first = window is None or window.first_s <= 0.0
-        back = syntax.window_of(syntax.children(node)[0])
-        return node if pair in _OF_THE_START and is_first and back is None else None
-    if isinstance(node, syntax.Edge | syntax.Previous):
-        # Before the first row there is nothing.
-        return node
-    sides = [(child, is_asked) for child in syntax.children(node)]
-    if isinstance(node, syntax.Not):
-        sides = [(node.operand, not is_asked)]
-    elif syntax.head_of(node) == "implies":
-        sides[:1] = [] if is_asked else [(sides[0][0], True)]
-    parts = [_of_first_row(child, step, is_asked=asked) for child, asked in sides]
-    if len(sides) == len(syntax.children(node)) and all(
-        part is child for part, (child, _) in zip(parts, sides, strict=True)
-    ):
-        return node
+    sides: list[tuple[syntax.Condition, bool]]
+    match node:
+        case syntax.Temporal() | syntax.Until() if not _ends_at_once(node.window, step):
+            return node if _is_about_start(node) else None
+        case syntax.Not():
+            sides = [(node.operand, not is_asked)]
+        case syntax.Connective(operator="implies"):
+            sides = [(node.right, is_asked), *([] if is_asked else [(node.left, True)])]
+        case syntax.Connective() | syntax.Until() | syntax.Since():
+            sides = [(node.left, is_asked), (node.right, is_asked)]
+        case syntax.Temporal() | syntax.Past():
+            sides = [(node.operand, is_asked)]
+        case _:
+            # Of rise, fall and previous nothing more is asked: before the first row is nothing.
+            return node
+    parts = (_of_first_row(part, step, is_asked=asked) for part, asked in sides)
     return next((part for part in parts if part is not None), None)
+
+
+def _ends_at_once(window: syntax.Window | None, step: float) -> bool:
+    return window is not None and syntax.last_row(window.last_s, step) == 0
+
+
+def _is_about_start(node: syntax.Temporal | syntax.Until) -> bool:
+    """Tell whether a part from the first row on is met by what held there.
+
+    What held once up to every row held at the first one, and it is enough that it did.
+    """
+    if not isinstance(node, syntax.Temporal) or not isinstance(node.operand, syntax.Past):
+        return False
+    is_whole = node.operand.window is None and (node.window is None or node.window.first_s <= 0.0)
+    pair = node.operator, node.operand.operator
+    return is_whole and pair in {("always", "once"), ("eventually", "historically")}
 
 
 class _Check:

@@ -517,8 +517,8 @@ def _changed(spec: Spec, content: Mapping[str, Any], changes: tuple[Change, ...]
         raise SweepError(
             f"with {what}: {first.message}", where=first.where, remedy=first.remedy
         ) from error
-    # Of thousands of variants most parts are those of the file: they share them.
-    # What the record itself makes of several is another where one of these is.
+    # Of thousands of variants most parts are those of the file, and are one object. Compared, for
+    # what the record makes of a changed part is another.
     names = made.model_fields_set - {change.path[0] for change in changes}
     parts = {name: getattr(spec, name) for name in names}
     return made.model_copy(

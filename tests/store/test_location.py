@@ -109,11 +109,18 @@ def test_no_word_about_an_address_holds_a_part_of_its_secret(
             "adeye:hunter@1.host",
             "local:hunter@1$x",
             "x://local:hunter@1 said",
+            "local:hunter@1:5432/db",
         ),
     ],
 )
 def test_password_before_a_number_is_masked(typed: str) -> None:
     assert "hunter" not in masked(f"SpecError: {typed}: there is no such file.")
+
+
+@pytest.mark.parametrize("behind", ["", " is said", ", and", ".", ": least is nan", "' or so"])
+def test_uid_of_a_metric_is_no_address(behind: str) -> None:
+    said = f"metric local:top_speed@1{behind}"
+    assert masked(said) == said
 
 
 def test_password_behind_a_colon_that_is_spelt_is_masked() -> None:
