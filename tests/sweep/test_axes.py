@@ -200,13 +200,15 @@ def test_what_a_record_makes_of_a_changed_part_is_of_the_change(load: Load) -> N
         "lane_change": {"to_lane": 1, "lateral_speed": "1 m/s"},
     }
     actors = {**loaded.content["actors"], "other": loaded.content["actors"]["cutter"]}
-    board = {"swerve": aside, "cut_in": aside}
-    content = {**loaded.content, "actors": actors, "storyboard": board}
-    spec = LogicalScenario.model_validate(content)
-    assert spec.order == ("swerve", "cut_in")
-    actor = change("storyboard.swerve.actor", "other")
-    made = axes.Variants().of(replace(loaded, spec=spec, content=content), (actor,))
-    assert made.order == ()
+    for before, after in (("cutter", "other"), ("other", "cutter")):
+        board = {"swerve": {**aside, "actor": before}, "cut_in": aside}
+        content = {**loaded.content, "actors": actors, "storyboard": board}
+        spec = LogicalScenario.model_validate(content)
+        moved = change("storyboard.swerve.actor", after)
+        made = axes.Variants().of(replace(loaded, spec=spec, content=content), (moved,))
+        # Of two that move one actor, and begin at one tick, the order is noted.
+        noted = ("swerve", "cut_in")
+        assert (spec.order, made.order) == ((noted, ()) if after == "other" else ((), noted))
 
 
 def test_numbers_and_words_keep_their_type(load: Load) -> None:

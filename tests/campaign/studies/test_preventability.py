@@ -26,7 +26,7 @@ from tests.project import Project
 from tests.report.pages import built
 from tests.sql import alter
 from tests.store.rows import result_table_hash
-from tests.stored import known
+from tests.stored import known, read_yaml
 
 SHIPPED = shipped("odd") / "architectures" / "reference_cc.yaml"
 
@@ -180,6 +180,7 @@ def test_what_the_vehicle_cannot_do_is_none_of_the_driver(project: Project) -> N
         "max_steering_angle": 0.01,
         "max_steering_rate": 0.001,
         "steering_lag": 5.0,
+        "plant": read_yaml(SHIPPED.with_name("fmu_vehicle.yaml"))["vehicle"]["plant"],
     }
     for model in ("cc", "fsm", "rss", "reg157"):
         made = reference_architecture(weak, model, "r157-01", 0.05).vehicle
