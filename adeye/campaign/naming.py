@@ -79,7 +79,7 @@ def campaign_called(repository: Repository, name: str) -> CampaignInfo | None:
                 remedy=f"Run adeye run {name} first, or name campaign {number}, not the file.",
             )
         return meant.campaign
-    of_odd = None if name == LATEST else repository.latest_campaign(name)
+    of_odd = repository.latest_campaign(name)
     if of_odd is None and is_campaign_name(name):
         return repository.find_campaign(name)
     return of_odd
