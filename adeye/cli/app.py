@@ -110,6 +110,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if arguments is None:
         # Nobody else's plug-in of pydantic has a say in what is valid, nor is any searched for.
         os.environ["PYDANTIC_DISABLE_PLUGINS"] = "__all__"
+        # Nothing here multiplies matrices for which threads would have to be made beforehand.
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     ended = _supervised() if arguments is None else None
     if ended is not None:
         if ended.text:
@@ -125,6 +127,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if before is None:
             os.environ.pop(DEBUG, None)
     note_end(_flushed(code))
+    if arguments is None:
+        # What is there goes with the process: Python need not look for rubbish among it again.
+        gc.freeze()
     if code in {ExitCode.INTERRUPTED, ExitCode.TERMINATED}:
         leave_if_abandoned(code)
     return code

@@ -1,10 +1,16 @@
 """The small records that summaries and replays are both made of."""
 
-from collections.abc import Callable, Iterable
+import ast
+import inspect
+from collections.abc import Callable, Iterable, Iterator
 from functools import wraps
+from itertools import pairwise
+from textwrap import dedent
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, GetJsonSchemaHandler, model_validator
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema
 
 from adeye.judge.verdict import Verdict
 
@@ -21,7 +27,6 @@ class Part(BaseModel):
         frozen=True,
         extra="forbid",
         allow_inf_nan=False,
-        use_attribute_docstrings=True,
     )
 
     @classmethod
@@ -37,6 +42,31 @@ class Part(BaseModel):
         """
         asked = [name for name in cls.model_fields if name not in others]
         return cls(**{name: getattr(source, name) for name in asked}, **others)
+
+    @classmethod
+    def __get_pydantic_json_schema__(
+        cls, core: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        """Describe each field by the text below it.
+
+        Only who asks for a schema waits for the sources to be read; pydantic can do it, too, but
+        does so whenever a class is imported.
+        """
+        made = handler(core)
+        properties = handler.resolve_ref_schema(made).get("properties", {})
+        for name, text in _texts_of_fields(cls):
+            if name in properties:
+                properties[name].setdefault("description", text)
+        return made
+
+
+def _texts_of_fields(kind: type[BaseModel]) -> Iterator[tuple[str, str]]:
+    (tree,) = ast.parse(dedent(inspect.getsource(kind))).body
+    assert isinstance(tree, ast.ClassDef)
+    for field, below in pairwise(tree.body):
+        match field, below:
+            case ast.AnnAssign(target=ast.Name(name)), ast.Expr(ast.Constant(str(text))):
+                yield name, inspect.cleandoc(text)
 
 
 def agrees(check: Callable[[Any], Iterable[str]]) -> Any:

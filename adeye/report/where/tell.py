@@ -112,7 +112,10 @@ def cases_of(compared: Compared, fsr: str, odd: Mapping[str, Any]) -> Iterator[C
     site = number_rows(
         compared.scenario.codes, compared.architecture.codes, axes.codes[compared.place.codes]
     )
-    parts = [np.flatnonzero((site == code) & judged) for code in np.unique(site[judged])]
+    parts = [
+        np.flatnonzero((site == code) & judged)
+        for code in np.flatnonzero(np.bincount(site[judged]))
+    ]
     names = [(compared.scenario[rows[0]], compared.architecture[rows[0]]) for rows in parts]
     for rows, name in zip(parts, names, strict=True):
         found = Cases.read(compared, rows, column, (points, odd))

@@ -408,7 +408,9 @@ def _plans(connection: Connection) -> Iterator[Finding]:
             yield Finding("campaign_fsr", campaign.id, "FSRs are not those that were planned")
 
 
-def _work(connection: Connection, campaign: str | None = None) -> Iterator[Finding]:
+def _work(
+    connection: Connection, campaign: str | None = None, *, has_tallies: bool = True
+) -> Iterator[Finding]:
     work, ids = tables.work, tables.campaign.c.id
     asked = work.select().order_by(work.c.campaign_id, work.c.from_ordinal)
     everyone = select(ids)
@@ -423,10 +425,12 @@ def _work(connection: Connection, campaign: str | None = None) -> Iterator[Findi
         if covered.get(block.campaign_id) != block.from_ordinal:
             yield Finding("work", str(block.id), "does not begin where the block before it ends")
         covered[block.campaign_id] = block.to_ordinal
-        yield from _tallies(connection, block.id, is_done=block.state == "done")
+        if has_tallies:
+            yield from _tallies(connection, block.id, is_done=block.state == "done")
         yield from wrong_block(connection, block)
-    for own in campaigns:
-        yield from _lost(connection, own)
+    if campaign is None:
+        for own in campaigns:
+            yield from _lost(connection, own)
 
 
 def _tallies(connection: Connection, work_id: int, *, is_done: bool) -> Iterator[Finding]:
@@ -481,7 +485,9 @@ def unsound(connection: Connection, campaign: str) -> Iterator[Finding]:
         yield Finding("case_repeat", f"{item.fsr_id} {item.architecture}", problem)
 
 
-def require_sound(connection: Connection, campaign: str, *, has_figures: bool = True) -> None:
+def require_sound(
+    connection: Connection, campaign: str, *, has_figures: bool = True, has_tallies: bool = True
+) -> None:
     """Refuse to hand on, or to decide by, what is not as it was written, or is there no more.
 
     Rows of evidence that are gone are missed wherever they were. What was altered, and accounts
@@ -491,6 +497,7 @@ def require_sound(connection: Connection, campaign: str, *, has_figures: bool = 
         connection: In a transaction.
         campaign: Id of the campaign.
         has_figures: Whether anything is told that was measured, and not only what was judged.
+        has_tallies: Whether anything is told as blocks count it, and not from the verdicts alone.
 
     Raises:
         IntegrityError: A row is altered, gone, or was never written by adeye.
@@ -498,7 +505,7 @@ def require_sound(connection: Connection, campaign: str, *, has_figures: bool = 
     checks = {
         "ledger": unbalanced(connection),
         "campaign_case": wrong_plans(connection, campaign),
-        "work": _work(connection, campaign),
+        "work": _work(connection, campaign, has_tallies=has_tallies),
     }
     told = [_as_far_as_readable(name, check) for name, check in checks.items()]
     altered = _altered(connection, campaign, has_figures=has_figures)
