@@ -19,6 +19,7 @@ from adeye.errors import (
     suggest,
 )
 from adeye.identity import digest
+from adeye.judge.first_row import Rows, asked_of_first_row
 from adeye.judge.metrics import METRICS, MetricDefinition
 from adeye.judge.stl import syntax
 from adeye.judge.stl.counterexample import Runs, first_constant
@@ -378,9 +379,9 @@ def _place_of(requirement: Requirement) -> tuple[str, ...]:
     return ("bound", "at_most" if bound.at_least is None else "at_least")
 
 
-def _weak_part(root: syntax.Condition, step: float) -> tuple[syntax.Node, str, str] | None:
+def _weak_part(root: syntax.Condition, rows: Rows) -> tuple[syntax.Node, str, str] | None:
     """Find what asks for less than it seems; how, and what to write instead."""
-    first = _of_first_row(root, step)
+    first = asked_of_first_row(root, rows)
     if first is not None:
         return first, "is asked of the first row alone", "Write always(...) or eventually(...)"
     for part in syntax.walk(root):
@@ -390,53 +391,6 @@ def _weak_part(root: syntax.Condition, step: float) -> tuple[syntax.Node, str, s
                 how = f"holds for {syntax.head_of(part)} at any row where its left side does not"
                 return last, how, "Write and for implies"
     return None
-
-
-def _of_first_row(
-    node: syntax.Condition, step: float, *, is_asked: bool = True
-) -> syntax.Condition | None:
-    """Find what is asked of the first row of a run and of no other.
-
-    What implies something may be about the start: it says of which runs that is asked.
-
-    Args:
-        node: The formula, or a part of it that is read at the first row.
-        step: Time between rows [s].
-        is_asked: Whether the formula asks for the part, else for its contrary.
-    """
-    sides: list[tuple[syntax.Condition, bool]]
-    match node:
-        case syntax.Temporal() | syntax.Until() if not _ends_at_once(node.window, step):
-            return node if _is_about_start(node) else None
-        case syntax.Not():
-            sides = [(node.operand, not is_asked)]
-        case syntax.Connective(operator="implies"):
-            sides = [(node.right, is_asked), *([] if is_asked else [(node.left, True)])]
-        case syntax.Connective() | syntax.Until() | syntax.Since():
-            sides = [(node.left, is_asked), (node.right, is_asked)]
-        case syntax.Temporal() | syntax.Past():
-            sides = [(node.operand, is_asked)]
-        case _:
-            # Of rise, fall and previous nothing more is asked: before the first row is nothing.
-            return node
-    parts = (_of_first_row(part, step, is_asked=asked) for part, asked in sides)
-    return next((part for part in parts if part is not None), None)
-
-
-def _ends_at_once(window: syntax.Window | None, step: float) -> bool:
-    return window is not None and syntax.last_row(window.last_s, step) == 0
-
-
-def _is_about_start(node: syntax.Temporal | syntax.Until) -> bool:
-    """Tell whether a part from the first row on is met by what held there.
-
-    What held once up to every row held at the first one, and it is enough that it did.
-    """
-    if not isinstance(node, syntax.Temporal) or not isinstance(node.operand, syntax.Past):
-        return False
-    is_whole = node.operand.window is None and (node.window is None or node.window.first_s <= 0.0)
-    pair = node.operator, node.operand.operator
-    return is_whole and pair in {("always", "once"), ("eventually", "historically")}
 
 
 class _Check:
@@ -555,7 +509,8 @@ class _Check:
             Runs(self._union(name, spec), self._plan.step, spec.horizon, spec.tail)
             for name, spec in played
         ]
-        found = _weak_part(formula.root, self._plan.step)
+        longest = max(spec.horizon + spec.tail for _, spec in played)
+        found = _weak_part(formula.root, Rows(self._plan.step, longest))
         if found is None and (constant := first_constant(formula, runs)) is not None:
             part, is_held = constant
             how = f"{'always' if is_held else 'never'} holds, whatever its signals are"

@@ -199,7 +199,8 @@ def _server_definitions(connection: Connection, given: Mapping[str, str]) -> dic
         found.setdefault(name, given.get(name, ""))
     made = {name: text for name, text in given.items() if text.startswith("CREATE VIEW")}
     may_make = connection.exec_driver_sql(
-        "SELECT has_database_privilege(current_database(), 'TEMPORARY')"
+        "SELECT has_database_privilege(current_database(), 'TEMPORARY') "
+        "AND current_setting('transaction_read_only') = 'off'"
     ).scalar_one()
     same_views = _as_made_now if may_make else _as_noted
     for name, same in same_views(connection, made):

@@ -115,12 +115,13 @@ def make_engine(location: Location, writes_option: str) -> Engine:
         connection.adapters.register_loader("numeric", _number_loader(psycopg))
         with connection.cursor() as cursor:
             cursor.execute(f"SET search_path TO {SCHEMA}")
-            # Whatever the server is set to, numbers and times arrive as they are stored.
+            # Whatever the server is set to, numbers, times and what made a view arrive as stored.
             for setting in (
                 "timezone TO 'UTC'",
                 "datestyle TO 'ISO'",
                 "client_encoding TO 'UTF8'",
                 "extra_float_digits TO 1",
+                "quote_all_identifiers TO off",
             ):
                 cursor.execute(f"SET {setting}")
             # A writer that was stopped, or a machine that is gone, must not stop everybody.

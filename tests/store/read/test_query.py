@@ -338,15 +338,26 @@ def test_brackets_of_a_statement_do_not_close_ours(alice: str, sql: str) -> None
 def test_reader_who_may_make_nothing_verifies_views_too(owned: str, alice: str) -> None:
     with Repository.open(alice, create=False) as repository:
         assert repository.verify() == ()
-    with psycopg.connect(owned) as connection:
+    with psycopg.connect(owned, autocommit=True) as connection:
         connection.execute("SET search_path TO adeye")
         found = connection.execute("SELECT pg_get_viewdef('v_goal_events'::regclass)").fetchone()
         assert found is not None
-        text = f"SELECT * FROM ({found[0].rstrip(';')}) AS x WHERE false"  # noqa: S608 - the text of the view
-        connection.execute(f"CREATE OR REPLACE VIEW v_goal_events AS {text}".encode())
-    with Repository.open(alice, create=False) as repository:
-        (finding,) = repository.verify()
+        made = f"CREATE OR REPLACE VIEW v_goal_events AS {found[0]}".encode()
+        other = f"SELECT * FROM ({found[0].rstrip(';')}) AS x WHERE false"  # noqa: S608 - the text of the view
+        connection.execute(f"CREATE OR REPLACE VIEW v_goal_events AS {other}".encode())
+        try:
+            with Repository.open(alice, create=False) as repository:
+                (finding,) = repository.verify()
+        finally:
+            connection.execute(made)
     assert (finding.row, finding.problem) == ("v_goal_events", "is not as this release makes it")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("setting", ["default_transaction_read_only", "quote_all_identifiers"])
+def test_server_that_is_set_otherwise_has_the_same_views(owned: str, setting: str) -> None:
+    with Repository.open(f"{owned}&options=-c%20{setting}%3Don", create=False) as repository:
+        assert repository.verify() == ()
 
 
 @pytest.mark.parametrize("name", SAVED)
