@@ -655,7 +655,7 @@ def grant(location: Location, role: str | None) -> list[str]:
         What could not be limited, and why; empty if everything is.
 
     Raises:
-        InputError: The name of the role is not a plain one.
+        InputError: The name of the role is not a plain one, or the server has no such user.
         PlatformError: The server refused.
     """
     if role is not None and _ROLE.fullmatch(role) is None:
@@ -682,11 +682,17 @@ def grant(location: Location, role: str | None) -> list[str]:
 
 @contextmanager
 def _makes_roles(connection: Any) -> Iterator[None]:
-    """Say which right is missing if the server lets nobody make roles who only owns a database."""
+    """Say who or which right is missing: who only owns a database may not make roles everywhere."""
     import psycopg
 
     try:
         yield
+    except psycopg.errors.UndefinedObject as error:
+        text = str(error).partition("\n")[0]
+        raise InputError(
+            f"the server has no such user ({text})",
+            remedy="Make it first, with CREATE ROLE … LOGIN, or name one that is there.",
+        ) from None
     except psycopg.errors.InsufficientPrivilege as error:
         user, text = connection.info.user, str(error).partition("\n")[0]
         raise PlatformError(

@@ -353,6 +353,10 @@ def test_reader_who_may_make_nothing_verifies_views_too(owned: str, alice: str) 
     assert (finding.row, finding.problem) == ("v_goal_events", "is not as this release makes it")
 
 
+def test_nobody_is_granted_anything_whom_the_server_does_not_have(owned: str) -> None:
+    refused(InputError, grant, locate(owned), "nobody_there", says="no such user.*nobody_there")
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("setting", ["default_transaction_read_only", "quote_all_identifiers"])
 def test_server_that_is_set_otherwise_has_the_same_views(owned: str, setting: str) -> None:
