@@ -92,6 +92,13 @@ PLACEHOLDER: Final = Rule(
     has_view=False,
 )
 
+ALIKE: Final = Rule(
+    "children_alike",
+    "Children of a decomposition are judged by one and the same formula or bound.",
+    "Ask of each child what its own elements do: as it is, a run shows nothing of one alone.",
+    has_view=False,
+)
+
 CAMPAIGN_RULES: Final = (
     *_viewed(
         "fsr_without_scenario",
@@ -146,7 +153,7 @@ CONCEPT_RULES: Final = _viewed(
 )
 """Rules about what the concept says."""
 
-RULES: Final = (*CONCEPT_RULES, PLACEHOLDER, *BUDGET_RULES, *CAMPAIGN_RULES)
+RULES: Final = (*CONCEPT_RULES, ALIKE, PLACEHOLDER, *BUDGET_RULES, *CAMPAIGN_RULES)
 """Every rule, in the order in which findings are listed."""
 
 _BASIS: Final = (

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +20,7 @@ from adeye.store.location import Place, locate
 from adeye.store.read.campaigns import find_campaign, latest_campaign, plain_digests, uncertified
 from adeye.store.records import CampaignInfo, CampaignRecord
 from adeye.store.rules import (
+    ALIKE,
     BEGINS,
     IDLE,
     IDLE_EVENT,
@@ -246,8 +247,32 @@ def _placeholders(connection: Connection, campaign: str) -> Iterator[Violation]:
                     yield Violation(PLACEHOLDER.name, table.name, name, f"{key} is {text!r}")
 
 
+def _alike(connection: Connection, campaign: str) -> Iterator[Violation]:
+    """Find decompositions of which two children have the same verdict on every run."""
+    children: dict[tuple[str, str], list[str]] = defaultdict(list)
+    for name, child, content in connection.exec_driver_sql(
+        "SELECT d.fsr_id, d.child_id, f.content FROM campaign c "
+        "JOIN decomposition_child d ON d.concept_digest = c.concept_digest "
+        "JOIN fsr f ON f.concept_digest = d.concept_digest AND f.id = d.child_id "
+        "WHERE c.id = ? ORDER BY d.fsr_id, d.child_id",
+        (campaign,),
+    ).all():
+        asked = json.loads(content)
+        formula = " ".join((asked.get("formula") or "").split())
+        others = [asked.get(key) for key in ("bound", "parameters")]
+        what = [formula, *others, sorted(asked.get("scenarios") or ())]
+        if formula or asked.get("bound"):
+            children[name, json.dumps(what, sort_keys=True)].append(child)
+    for (name, _), alike in children.items():
+        if len(alike) > 1:
+            detail = f"{' and '.join(alike)} have the same formula or bound"
+            yield Violation(ALIKE.name, "decomposition", name, detail)
+
+
 def _ask(connection: Connection, rules: Iterable[Rule], campaign: str) -> tuple[Violation, ...]:
     found = _viewed(connection, rules, campaign)
+    if ALIKE in rules:
+        found += tuple(_alike(connection, campaign))
     if PLACEHOLDER not in rules:
         return found
     # One of a source is told already.

@@ -152,6 +152,7 @@ INTO_THREE = defect(
     "illegal_decomposition",
     "FSR2",
     copied("fsr", "FSR2a", "FSR2c", asil="QM(D)"),
+    content("fsr", "FSR2c", formula="always(gap >= 4)"),
     sql(
         "INSERT INTO decomposition_child SELECT concept_digest, id, 'FSR2c', row_hash "
         "FROM decomposition",
@@ -197,6 +198,10 @@ DEFECTS = (
     defect("illegal_decomposition", "FSR2", edited("fsr", "FSR2a", asil="B")),
     INTO_THREE,
     ON_ONE,
+    defect("children_alike", "FSR2", *(
+        content("fsr", child, formula=f"always(not{space}contact)", bound=None)
+        for child, space in (("FSR2a", " "), ("FSR2b", "\n  "))
+    )),
     defect("independence_argument", "FSR2", sql("UPDATE decomposition SET independence = ''")),
     SILENT,
     POWER,
@@ -286,7 +291,8 @@ def test_text_that_holds_the_place_of_one_is_found(
 
 
 def test_every_rule_has_a_defect() -> None:
-    assert {made.rule for made in DEFECTS} == {rule.name for rule in RULES if rule.has_view}
+    viewed = {rule.name for rule in RULES if rule.has_view}
+    assert {made.rule for made in DEFECTS} == {*viewed, "children_alike"}
 
 
 @pytest.mark.slow
