@@ -208,19 +208,32 @@ def refused_places(expansion: Expansion, seen: set[object]) -> dict[str, dict[st
     return {name: found for name, found in refused.items() if found}
 
 
-def tell_refused(
+def left_out(
     expansion: Expansion, refused: Mapping[str, Mapping[str, InputError]]
-) -> Iterator[str]:
-    """Tell of how many places how many are left, and why the others are refused."""
+) -> dict[str, dict[str, Any]]:
+    """Give by scenario of how many places how many are left, and why the others are refused."""
+    told: dict[str, dict[str, Any]] = {}
     for name, found in refused.items():
         groups = (item.group for item in expansion.sections if item.group.use.name == name)
         left = next(len(axis) for group in groups for axis in group.axes if axis.path == ROAD)
+        why = {
+            place: error.message.removesuffix(f", at place {place}")
+            for place, error in found.items()
+        }
+        told[name] = {"left": left, "refused": why}
+    return told
+
+
+def tell_refused(told: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
+    """Tell which places are left out, see ``left_out``, and why."""
+    for name, item in told.items():
         why: dict[str, list[str]] = {}
-        for place, error in found.items():
-            why.setdefault(error.message.removesuffix(f", at place {place}"), []).append(place)
-        told = "; ".join(f"{', '.join(places)}: {message}" for message, places in why.items())
-        total = left + len(found)
-        yield f"{name}: {left:,} of {total:,} places, {len(found):,} refused ({told})"
+        for place, message in item["refused"].items():
+            why.setdefault(message, []).append(place)
+        each = "; ".join(f"{', '.join(places)}: {message}" for message, places in why.items())
+        count = len(item["refused"])
+        total = item["left"] + count
+        yield f"{name}: {item['left']:,} of {total:,} places, {count:,} refused ({each})"
 
 
 def check_onsets(files: OddFiles) -> None:

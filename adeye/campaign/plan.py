@@ -11,7 +11,7 @@ import os
 import platform
 import subprocess
 from collections import defaultdict
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import cache, cached_property
 from itertools import chain, groupby, islice
 from pathlib import Path
@@ -40,7 +40,14 @@ from adeye.spec.odd import Attributes, Distribution, Odd
 from adeye.spec.quantity import SI, Record
 from adeye.spec.scenario import LogicalScenario
 from adeye.store.block import PlannedCases
-from adeye.store.records import CampaignFsr, CampaignRecord, ContentRecord, EngineKey, of_fields
+from adeye.store.records import (
+    LEFT_OUT,
+    CampaignFsr,
+    CampaignRecord,
+    ContentRecord,
+    EngineKey,
+    of_fields,
+)
 from adeye.store.write.content import FOLDER
 from adeye.store.write.queue import NamedCase
 from adeye.sweep.case import SCENARIOS, AuthorityOverride, TestCase, structure_key
@@ -438,6 +445,7 @@ class CampaignPlan:
         requirements: FSRs, checked against scenarios and architectures.
         parts: Plug-ins and monitors by architecture.
         notices: What the user should know; not errors.
+        left_out: Places at which scenarios cannot start, see ``check.left_out``.
     """
 
     path: Path
@@ -447,6 +455,7 @@ class CampaignPlan:
     requirements: tuple[CheckedRequirement, ...]
     parts: Mapping[str, Parts]
     notices: tuple[str, ...]
+    left_out: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         """Name the ODD, and count its test cases."""
@@ -555,6 +564,7 @@ class CampaignPlan:
                     path for source in sources(self) for path in source.paths()
                 ),
                 MAPS: self.files.map_notes(),
+                **({LEFT_OUT: dict(self.left_out)} if self.left_out else {}),
                 FOLDERS: {name: folder.as_posix() for name, folder in self.folders.items()},
                 "numerics_version": self.engine.numerics_version,
                 "driver": self.driver,
@@ -700,6 +710,7 @@ def make_plan(
     seen: set[object] = set()
     refused = check.refused_places(expansion, seen)
     expansion = expand(files, refused) if refused else expansion
+    left_out = check.left_out(expansion, refused)
     plan = CampaignPlan(
         path=Path(path),
         files=files,
@@ -707,7 +718,8 @@ def make_plan(
         engine=engine,
         requirements=requirements,
         parts=parts,
-        notices=(*_notices(files), *check.tell_refused(expansion, refused)),
+        notices=(*_notices(files), *check.tell_refused(left_out)),
+        left_out=left_out,
     )
     if not plan.cases:
         raise SpecError("the plan has no test cases", where=files.odd.locate(("scenarios",)))

@@ -19,6 +19,8 @@ Floats = NDArray[np.float64]
 
 FASTEST: Final = 150.0
 """Highest speed limit of any road [m/s]. Our choice."""
+FASTEST_POSTED: Final = 160.0 / 3.6
+"""Highest speed limit that is posted anywhere [m/s]; one without a unit is in m/s."""
 STEEPEST: Final = 0.5
 """Grade of no street: the steepest rise by 0.35 [1]."""
 

@@ -24,7 +24,7 @@ from adeye.maps.network import (
     leaves_by,
     link_at,
 )
-from adeye.maps.opendrive import Floats, OpenDrive
+from adeye.maps.opendrive import FASTEST_POSTED, Floats, OpenDrive
 from adeye.maps.opendrive_reader import LANE_TYPES
 from adeye.maps.outlines import Points, points_along, strips_of
 from adeye.units import shown
@@ -44,8 +44,6 @@ OVERLAP, DEEP_OVERLAP = 0.3, 1.0
 """How far lanes reach into each other [m]: what is told, and what two vehicles would touch in."""
 LEVEL: Final = 3.0
 """Roads that are further apart in height pass over each other [m]."""
-FASTEST_POSTED: Final = 160.0 / 3.6
-"""Highest speed limit that is posted anywhere [m/s]."""
 STEP: Final = 2.0
 """Between the points of a lane that are looked at, at most [m]."""
 

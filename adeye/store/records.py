@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 # --- What enters the database, as frozen dataclasses without SQL ----------------------------------
 
 MAX_SEED: Final = 2**63 - 1
+LEFT_OUT: Final = "left_out"
+"""Key of a campaign's provenance: places of maps at which scenarios cannot start, by scenario."""
 
 Record = TypeVar("Record")
 

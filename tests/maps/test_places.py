@@ -186,6 +186,18 @@ def test_a_way_that_comes_near_itself_has_no_road() -> None:
     assert "where the way comes near itself" in refused
 
 
+@pytest.mark.parametrize(
+    ("limit", "is_refused"), [(130.0, True), (44.5, True), (44.4, False), (math.inf, False)]
+)
+def test_a_limit_that_lacks_its_unit_is_none_to_be_kept(limit: float, *, is_refused: bool) -> None:
+    types = (RoadType(0.0, "motorway", limit, 1),)
+    lanes = section(lane(1, WIDE), lane(0), lane(-1, WIDE))
+    asked = found(network(road([piece("line", 400.0)], lanes, types=types)))
+    reason = "with a speed limit above any that is posted, as of one without its unit"
+    assert (reason in asked.refused) is is_refused
+    assert bool(asked.places) is not is_refused
+
+
 @pytest.mark.parametrize(("radius", "found_as"), [(9e4, 9e4), (4e5, math.inf)])
 def test_a_road_that_bends_next_to_nothing_is_straight(radius: float, found_as: float) -> None:
     drawn = road([piece("arc", 400.0, 1.0 / radius)], section(lane(0), lane(-1, WIDE)))

@@ -26,7 +26,7 @@ from adeye.judge.verdict import (
     gate_exit,
 )
 from adeye.store.evidence.vouched import Withdrawal
-from adeye.store.records import of_fields
+from adeye.store.records import LEFT_OUT, of_fields
 from adeye.store.repository import Repository
 
 if TYPE_CHECKING:
@@ -541,7 +541,7 @@ def gate_code(
         from adeye.spec.fault import idle_faults
 
         beside += [f"fault {name} {reason}" for name, reason in idle_faults((), injected)]
-    beside += _empty_events(repository, campaign)
+    beside += [*_empty_events(repository, campaign), *_left_out(campaign)]
     also = [*contacts_in_words(repository, campaign), *beside, *map(str, told)]
     return code, _passed(campaign, aside, also)
 
@@ -559,6 +559,15 @@ def _empty_events(repository: Repository, campaign: CampaignInfo) -> list[str]:
         f"{what}: {', '.join(f'{event} of {scenario}' for scenario, event in found)}"
         for what, found in told.items()
         if found
+    ]
+
+
+def _left_out(campaign: CampaignInfo) -> list[str]:
+    """Say of each scenario at how many of the places that were asked for it cannot start."""
+    return [
+        f"{scenario} cannot start at {len(item['refused']):,} of "
+        f"{amount(len(item['refused']) + item['left'], 'place')}, which are left out"
+        for scenario, item in campaign.provenance.get(LEFT_OUT, {}).items()
     ]
 
 

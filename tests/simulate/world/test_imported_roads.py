@@ -15,6 +15,7 @@ from adeye.campaign.check import refused_starts
 from adeye.campaign.naming import campaign_of_file
 from adeye.campaign.plan import CampaignPlan
 from adeye.errors import InputError
+from adeye.judge.verdict import ExitCode
 from adeye.kernel.road import MANY
 from adeye.maps import lanes as lanes_of
 from adeye.maps.opendrive import Geometry, OpenDrive, RoadType
@@ -24,11 +25,13 @@ from adeye.simulate.world.formulas import Formulas
 from adeye.simulate.world.roads import build_roads
 from adeye.spec.load import load_scenario
 from adeye.spec.places import Offer, choose_places, first_place
+from adeye.store.read.totals import gate_code
 from adeye.store.repository import Repository
 from adeye.sweep.case import batches
 from tests.drawn_roads import lane, network, piece, road, section
 from tests.project import ROOT, Project, odd_of, run_cases, use
 from tests.refusals import refused
+from tests.stored import known
 
 WIDE = (0.0, 3.5, 0.0, 0.0, 0.0)
 HARD = (0.0, 3.0, 0.0, 0.0, 0.0)
@@ -219,6 +222,10 @@ def test_a_scenario_takes_place_at_every_place_of_several_maps_or_is_refused_the
     assert found == {"drawn": 38, "long": 121, "bent": 41}
     assert {row["outcome"] for row in rows} == {"completed"}
     assert all(row["verdicts"] for row in rows)
+    with Repository.open(project.db) as repository:
+        code, said = gate_code(repository, known(repository.latest_campaign()))
+    assert code is ExitCode.OK
+    assert said.endswith("; lead_braking cannot start at 3 of 203 places, which are left out")
 
 
 @pytest.mark.slow
@@ -246,6 +253,8 @@ def test_a_place_where_the_scenario_cannot_start_is_refused_and_told(tmp_path: P
     assert len(plan.cases) == 38
     (told,) = (text for text in plan.notices if "places" in text)
     assert told.startswith(f"lead_braking: 38 of 41 places, 3 refused ({GONE}")
+    noted = plan.record().provenance["left_out"]["lead_braking"]
+    assert (noted["left"], list(noted["refused"])) == (38, GONE.split(": ")[0].split(", "))
     # Two lanes all along and one that ends, all without a limit.
     assert plan.files.map_notes()["drawn.xodr"]["guessed"] == 5
     loaded = load_scenario(project.folder / "scenarios_db/motorway/lead_braking.yaml")
