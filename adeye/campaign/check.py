@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import cache
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -42,7 +43,7 @@ from adeye.spec.concept import Concept, budgets_of
 from adeye.spec.expression import Expression, may_hold, to_program
 from adeye.spec.fault import Fault, Late
 from adeye.spec.load import Loaded, OddFiles, at_place, load_architecture, shipped
-from adeye.spec.places import ROAD, PlaceRoad, place_of
+from adeye.spec.places import PLACE, ROAD, Offer, PlaceRoad, place_of
 from adeye.spec.plausible import BOUNDS, Implausible, implausible
 from adeye.spec.quantity import Record, require_dimension
 from adeye.spec.sensor_faults import SensorFault
@@ -211,7 +212,12 @@ def refused_places(expansion: Expansion, seen: set[object]) -> dict[str, dict[st
 def left_out(
     expansion: Expansion, refused: Mapping[str, Mapping[str, InputError]]
 ) -> dict[str, dict[str, Any]]:
-    """Give by scenario of how many places how many are left, and why the others are refused."""
+    """Give by scenario which places of its maps no test case has.
+
+    Returns:
+        Under ``refused`` why it cannot start at some that were asked for, with how many are
+        ``left``; under ``first`` the one that is taken where none was asked for and there are more.
+    """
     told: dict[str, dict[str, Any]] = {}
     for name, found in refused.items():
         groups = (item.group for item in expansion.sections if item.group.use.name == name)
@@ -221,12 +227,24 @@ def left_out(
             for place, error in found.items()
         }
         told[name] = {"left": left, "refused": why}
+    for use in expansion.files.odd.spec.scenarios:
+        loaded = expansion.files.scenarios[use.name]
+        first = place_of(loaded.spec)
+        is_asked = PLACE in expansion.axes[use.name] or PLACE in use.parameters
+        if first and not is_asked and len(list(islice(Offer(loaded.spec, loaded.locate), 2))) > 1:
+            told[use.name] = {"first": first}
     return told
 
 
-def tell_refused(told: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
+def tell_left_out(told: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
     """Tell which places are left out, see ``left_out``, and why."""
     for name, item in told.items():
+        if "first" in item:
+            yield (
+                f"{name} takes place at {item['first']} only, the first of its places; "
+                "sweep `place: all` for every one, or name those that are meant"
+            )
+            continue
         why: dict[str, list[str]] = {}
         for place, message in item["refused"].items():
             why.setdefault(message, []).append(place)

@@ -445,7 +445,7 @@ class CampaignPlan:
         requirements: FSRs, checked against scenarios and architectures.
         parts: Plug-ins and monitors by architecture.
         notices: What the user should know; not errors.
-        left_out: Places at which scenarios cannot start, see ``check.left_out``.
+        left_out: Places of maps that no test case has, see ``check.left_out``.
     """
 
     path: Path
@@ -718,7 +718,7 @@ def make_plan(
         engine=engine,
         requirements=requirements,
         parts=parts,
-        notices=(*_notices(files), *check.tell_refused(left_out)),
+        notices=(*_notices(files), *check.tell_left_out(left_out)),
         left_out=left_out,
     )
     if not plan.cases:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter, defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, Final, Literal
@@ -562,13 +562,15 @@ def _empty_events(repository: Repository, campaign: CampaignInfo) -> list[str]:
     ]
 
 
-def _left_out(campaign: CampaignInfo) -> list[str]:
-    """Say of each scenario at how many of the places that were asked for it cannot start."""
-    return [
-        f"{scenario} cannot start at {len(item['refused']):,} of "
-        f"{amount(len(item['refused']) + item['left'], 'place')}, which are left out"
-        for scenario, item in campaign.provenance.get(LEFT_OUT, {}).items()
-    ]
+def _left_out(campaign: CampaignInfo) -> Iterator[str]:
+    """Say of each scenario on a map which places it does not take, where nobody chose them."""
+    for scenario, item in campaign.provenance.get(LEFT_OUT, {}).items():
+        if "first" in item:
+            yield f"{scenario} takes place at {item['first']} only, the first of its places"
+        else:
+            refused = len(item["refused"])
+            places = amount(refused + item["left"], "place")
+            yield f"{scenario} cannot start at {refused:,} of {places}, which are left out"
 
 
 def in_gate(

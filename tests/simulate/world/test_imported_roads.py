@@ -228,6 +228,20 @@ def test_a_scenario_takes_place_at_every_place_of_several_maps_or_is_refused_the
     assert said.endswith("; lead_braking cannot start at 3 of 203 places, which are left out")
 
 
+def test_one_place_for_all_is_said_where_nobody_chose_it(tmp_path: Path) -> None:
+    project = project_of(tmp_path / "p", 0, "all")
+    with project.edited_odd() as odd:
+        odd["scenarios"][0]["sweep"] = {"parameters": {"friction": [0.9]}}
+    said = "lead_braking takes place at drawn:1+0 only, the first of its places"
+    assert [text[: len(said)] for text in project.plan().notices if "only" in text] == [said]
+    project.run()
+    with Repository.open(project.db) as repository:
+        assert gate_code(repository, known(repository.latest_campaign()))[1].endswith(said)
+    with project.edited_odd() as odd:
+        odd["scenarios"][0]["parameters"] = {"place": "drawn:1+50"}
+    assert not project.plan().left_out
+
+
 @pytest.mark.slow
 def test_a_map_that_has_fewer_places_by_now_is_what_was_edited(tmp_path: Path) -> None:
     project = project_of(tmp_path / "p", 0, "all")
