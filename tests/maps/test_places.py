@@ -383,6 +383,22 @@ def test_a_place_has_one_type_of_road_from_end_to_end() -> None:
     assert places.refused["where the type of the road changes"] == 2
 
 
+def test_types_of_the_next_road_count_where_the_place_reaches_them() -> None:
+    def typed(*of: tuple[float, str]) -> Any:
+        return tuple(RoadType(s, kind, 20.0, 1) for s, kind in of)
+
+    lanes = section(lane(0), lane(-1, WIDE, successors=(-1,)))
+    on = RoadLink("road", "2", "start", 1)
+    one = straight(lanes, id="1", successor=on, types=typed((0.0, "rural")))
+    types = typed((0.0, "rural"), (200.0, "town"))
+    there = section(lane(0), lane(-1, WIDE))
+    pose = (400.0, 0.0, 0.0)
+    other = road([piece("line", 400.0, pose=pose)], there, id="2", types=types)
+    for after, keys in ((200.0, {"m:1+300", "m:1+350"}), (300.0, {"m:1+300"})):
+        asked = found(network(one, other), before=50.0, after=after)
+        assert {"m:1+300", "m:1+350"} & {place.key for place in asked.places} == keys
+
+
 def test_what_says_no_type_of_road_is_taken_for_none_beside_one_that_does() -> None:
     def of(*types: RoadType) -> Places:
         return found(network(straight(section(lane(0), lane(-1, WIDE)), types=types)))

@@ -74,6 +74,7 @@ def test_handled_within_both_fttis_passes_with_the_shorter_as_margin() -> None:
          "1 detected, not handled in time"),
         (injection(safe=2.0), Verdict.FAIL, "1 handled later than the shortest FTTI"),
         (injection(without=1.9), Verdict.FAIL, "violates sooner than the FTTI assumed"),
+        (injection(without=2.0), Verdict.PASS, ""),
         (injection(detect=None, safe=None, class_="masked"), Verdict.INCONCLUSIVE,
          "1 not detected, nothing violated"),
         (injection(detect=None, safe=None, without=None, class_="undetected_no_violation"),

@@ -85,6 +85,8 @@ def test_arcs_stand_at_what_braking_needs_and_the_regulation_asks() -> None:
     found = suite(eye=radar())
     drawing, frame = far(found)
     arcs = {mark.label: places(mark.path, frame)[0] for mark in drawing.marks}
+    speeds = [label for label in arcs if label[-1:].isdigit()]
+    assert speeds == ["50", "80", "100", "130", "R157 60", "R157 100", "R157 130"]
     for x, y in arcs["R157 130"]:
         assert math.hypot(x - FRONT, y) == pytest.approx(150.0, abs=0.1)
         assert y <= 0.06
