@@ -24,7 +24,7 @@ from adeye.report.comparison.records import Range, Share
 from adeye.report.model.part import Count, Id, Part
 from adeye.signals import Ints
 from adeye.store.read.bulk import Compared
-from adeye.store.records import CampaignInfo
+from adeye.store.records import LEFT_OUT, CampaignInfo
 from adeye.store.repository import Repository
 from adeye.sweep.design import design_statement
 
@@ -244,7 +244,7 @@ class _Claimer:
         self._exposures = {name: use.get("exposure") for name, use in uses_of(odd).items()}
 
     def claims(self) -> Claims:
-        options = self._options
+        options, campaign = self._options, self._campaign
         keys = [(item.fsr, item.architecture, item.scenario) for item in self._status]
         counts = {key: self._counts(*key) for key in keys}
         by_fsr: dict[tuple[str, str], list[str]] = {}
@@ -274,10 +274,13 @@ class _Claimer:
             counts[key] = self._counts(*key)
         return Claims.of(
             options,
-            campaign=self._campaign.id,
-            odd=self._campaign.odd,
-            title=self._campaign.title,
-            populations={name: item.population for name, item in self._designs.items()},
+            campaign=campaign.id,
+            odd=campaign.odd,
+            title=campaign.title,
+            populations={
+                name: f"{item.population}{_at_one_place(campaign, name)}"
+                for name, item in self._designs.items()
+            },
             conditions=(*_partly(counts, found), *self._conditions(found, bounds)),
             claims=tuple(found),
         )
@@ -431,6 +434,11 @@ class _Claimer:
                 "rate_per_h": 3600.0 * rate * upper,
             }
         )
+
+
+def _at_one_place(campaign: CampaignInfo, scenario: str) -> str:
+    first = campaign.provenance.get(LEFT_OUT, {}).get(scenario, {}).get("first")
+    return f", all of them at {first} of the map" if first else ""
 
 
 def _units(compared: Compared) -> Any:

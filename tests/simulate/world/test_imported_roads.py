@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import yaml
 
+from adeye.answers import claim
 from adeye.campaign import check
 from adeye.campaign.check import refused_starts
 from adeye.campaign.naming import campaign_of_file
@@ -21,6 +22,7 @@ from adeye.maps import lanes as lanes_of
 from adeye.maps.opendrive import Geometry, OpenDrive, RoadType
 from adeye.maps.opendrive_writer import write_opendrive
 from adeye.maps.places import Candidates
+from adeye.report.claims import ClaimOptions
 from adeye.simulate.world.formulas import Formulas
 from adeye.simulate.world.roads import build_roads
 from adeye.spec.load import load_scenario
@@ -237,6 +239,8 @@ def test_one_place_for_all_is_said_where_nobody_chose_it(tmp_path: Path) -> None
     project.run()
     with Repository.open(project.db) as repository:
         assert gate_code(repository, known(repository.latest_campaign()))[1].endswith(said)
+    population = claim(project.db, None, ClaimOptions()).populations["lead_braking"]
+    assert population.endswith(", all of them at drawn:1+0 of the map")
     with project.edited_odd() as odd:
         odd["scenarios"][0]["parameters"] = {"place": "drawn:1+50"}
     assert not project.plan().left_out
