@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import cache
 from itertools import islice
+from pathlib import PurePath
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -212,46 +213,58 @@ def refused_places(expansion: Expansion, seen: set[object]) -> dict[str, dict[st
 def left_out(
     expansion: Expansion, refused: Mapping[str, Mapping[str, InputError]]
 ) -> dict[str, dict[str, Any]]:
-    """Give by scenario which places of its maps no test case has.
+    """Give by scenario which places of its maps no test case has, though nobody left them out.
 
     Returns:
         Under ``refused`` why it cannot start at some that were asked for, with how many are
-        ``left``; under ``first`` the one that is taken where none was asked for and there are more.
+        ``left``; under ``maps`` those without any place, where all places were asked for; under
+        ``first`` the one that is taken where none was asked for and there are more.
     """
     told: dict[str, dict[str, Any]] = {}
-    for name, found in refused.items():
-        groups = (item.group for item in expansion.sections if item.group.use.name == name)
-        left = next(len(axis) for group in groups for axis in group.axes if axis.path == ROAD)
-        why = {
-            place: error.message.removesuffix(f", at place {place}")
-            for place, error in found.items()
-        }
-        told[name] = {"left": left, "refused": why}
+    taken: dict[str, set[str]] = {}
+    for group in (section.group for section in expansion.sections):
+        for axis in group.axes:
+            if axis.path == ROAD and group.use.name not in taken:
+                taken[group.use.name] = set(map(str, axis.values))
     for use in expansion.files.odd.spec.scenarios:
-        loaded = expansion.files.scenarios[use.name]
-        first = place_of(loaded.spec)
-        is_asked = PLACE in expansion.axes[use.name] or PLACE in use.parameters
-        if first and not is_asked and len(list(islice(Offer(loaded.spec, loaded.locate), 2))) > 1:
-            told[use.name] = {"first": first}
+        loaded, found = expansion.files.scenarios[use.name], refused.get(use.name, {})
+        item: dict[str, Any] = {}
+        if found:
+            why = {
+                place: error.message.removesuffix(f", at place {place}")
+                for place, error in found.items()
+            }
+            item |= {"left": len(taken[use.name]), "refused": why}
+        if use.sweep.parameters.get(PLACE) == "all" and use.name in taken:
+            with_places = {key.partition(":")[0] for key in (*taken[use.name], *found)}
+            files = loaded.spec.world.map.files if loaded.spec.world.map else ()
+            item["maps"] = [name for name in files if PurePath(name).stem not in with_places]
+        first = "" if use.name in taken or PLACE in use.parameters else place_of(loaded.spec)
+        if first and len(list(islice(Offer(loaded.spec, loaded.locate), 2))) > 1:
+            item["first"] = first
+        if any(item.values()):
+            told[use.name] = item
     return told
 
 
 def tell_left_out(told: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
     """Tell which places are left out, see ``left_out``, and why."""
     for name, item in told.items():
-        if "first" in item:
+        if first := item.get("first"):
             yield (
-                f"{name} takes place at {item['first']} only, the first of its places; "
+                f"{name} takes place at {first} only, the first of its places; "
                 "sweep `place: all` for every one, or name those that are meant"
             )
-            continue
+        if maps := item.get("maps"):
+            yield f"{name} has no place on {', '.join(maps)}"
         why: dict[str, list[str]] = {}
-        for place, message in item["refused"].items():
+        for place, message in item.get("refused", {}).items():
             why.setdefault(message, []).append(place)
-        each = "; ".join(f"{', '.join(places)}: {message}" for message, places in why.items())
-        count = len(item["refused"])
-        total = item["left"] + count
-        yield f"{name}: {item['left']:,} of {total:,} places, {count:,} refused ({each})"
+        if why:
+            each = "; ".join(f"{', '.join(places)}: {message}" for message, places in why.items())
+            count = len(item["refused"])
+            total = item["left"] + count
+            yield f"{name}: {item['left']:,} of {total:,} places, {count:,} refused ({each})"
 
 
 def check_onsets(files: OddFiles) -> None:

@@ -563,12 +563,13 @@ def _empty_events(repository: Repository, campaign: CampaignInfo) -> list[str]:
 
 
 def _left_out(campaign: CampaignInfo) -> Iterator[str]:
-    """Say of each scenario on a map which places it does not take, where nobody chose them."""
+    """Say of each scenario on maps which places it does not take, where nobody chose them."""
     for scenario, item in campaign.provenance.get(LEFT_OUT, {}).items():
-        if "first" in item:
-            yield f"{scenario} takes place at {item['first']} only, the first of its places"
-        else:
-            refused = len(item["refused"])
+        if first := item.get("first"):
+            yield f"{scenario} takes place at {first} only, the first of its places"
+        if maps := item.get("maps"):
+            yield f"{scenario} has no place on {', '.join(maps)}"
+        if refused := len(item.get("refused", ())):
             places = amount(refused + item["left"], "place")
             yield f"{scenario} cannot start at {refused:,} of {places}, which are left out"
 

@@ -211,11 +211,12 @@ def test_a_scenario_takes_place_at_every_place_of_several_maps_or_is_refused_the
     project = project_of(tmp_path / "p", 2, "all")
     three = section(lane(0), *(lane(number, WIDE) for number in (-1, -2, -3)))
     lines = {"long": piece("line", 8000.0), "bent": piece("arc", 4000.0, 1.0 / 1500.0)}
+    lines["short"] = piece("line", 300.0)
     for name, line in lines.items():
         path = project.folder / f"scenarios_db/motorway/{name}.xodr"
         path.write_bytes(write_opendrive(network(road([line], three))))
     with project.edited("scenarios_db/motorway/lead_braking.yaml") as scenario:
-        scenario["world"]["map"]["file"] = ["drawn.xodr", "long.xodr", "bent.xodr"]
+        scenario["world"]["map"]["file"] = ["drawn.xodr", *(f"{name}.xodr" for name in lines)]
     plan = project.plan()
     assert any("200 of 203 places, 3 refused (" + GONE in text for text in plan.notices)
     project.run()
@@ -227,7 +228,11 @@ def test_a_scenario_takes_place_at_every_place_of_several_maps_or_is_refused_the
     with Repository.open(project.db) as repository:
         code, said = gate_code(repository, known(repository.latest_campaign()))
     assert code is ExitCode.OK
-    assert said.endswith("; lead_braking cannot start at 3 of 203 places, which are left out")
+    nowhere = "lead_braking has no place on short.xodr"
+    assert nowhere in plan.notices
+    assert said.endswith(
+        f"; {nowhere}; lead_braking cannot start at 3 of 203 places, which are left out"
+    )
 
 
 def test_one_place_for_all_is_said_where_nobody_chose_it(tmp_path: Path) -> None:
