@@ -232,11 +232,29 @@ def _as_made_now(connection: Connection, made: Mapping[str, str]) -> Iterator[tu
     passing.rollback()
 
 
+_NARROW: Final = (
+    *(
+        "from_collapse_limit TO 1",
+        "join_collapse_limit TO 1",
+        "max_parallel_workers_per_gather TO 0",
+    ),
+    *("enable_mergejoin TO off", "enable_hashjoin TO off", "enable_bitmapscan TO off"),
+)
+"""Fewer ways for the server to look at: the plans have to be the same, not good."""
+
+
 def _as_noted(connection: Connection, made: Mapping[str, str]) -> Iterator[tuple[str, bool]]:
-    """Tell the same to a user who may only read: each view against what was noted with it."""
+    """Tell the same to a user who may only read: each view against its note, and against its plan.
+
+    Whoever replaces a view can replace what is noted with it. What the server makes of the view
+    and of the statement that made it is the same plan, but for bounds of windows and of rows.
+    """
     notes = {
         str(name): str(note) for name, note in connection.exec_driver_sql(_VIEWS["postgresql"])
     }
+    passing = connection.begin_nested()
+    for setting in _NARROW:
+        connection.exec_driver_sql(f"SET LOCAL {setting}")
     for name, statement in made.items():
         if name not in notes:
             continue
@@ -244,8 +262,33 @@ def _as_noted(connection: Connection, made: Mapping[str, str]) -> Iterator[tuple
         kept = _as_kept(connection, name)
         # Another release of the server may word the same view differently.
         is_of_another = noted.partition(":")[0] not in {"", kept.partition(":")[0]}
-        same = statement_hash == mark(connection, statement)
-        yield name, same and (noted == kept or is_of_another)
+        is_noted = statement_hash == mark(connection, statement) and (
+            noted == kept or is_of_another
+        )
+        yield name, is_noted and _is_planned_alike(connection, name, statement)
+    passing.rollback()
+
+
+def _is_planned_alike(connection: Connection, view: str, statement: str) -> bool:
+    """Tell whether a view has the columns and the plan of the statement that made it."""
+    columns = connection.exec_driver_sql(
+        "SELECT string_agg(quote_ident(attname), ', ' ORDER BY attname) FROM pg_attribute "  # noqa: S608 - own names
+        f"WHERE attrelid = '{SCHEMA}.{view}'::regclass AND attnum > 0"
+    ).scalar_one()
+    # What follows CREATE VIEW name AS.
+    query = statement.split(maxsplit=4)[4]
+    try:
+        with connection.begin_nested():
+            plans = [
+                connection.exec_driver_sql(
+                    f"EXPLAIN (VERBOSE, COSTS OFF) SELECT {columns} FROM {source}"  # noqa: S608 - own names
+                ).all()
+                for source in (f"{SCHEMA}.{view}", f"({query}) AS {view}")
+            ]
+    except DBAPIError:
+        # It has a column that the statement does not make.
+        return False
+    return plans[0] == plans[1]
 
 
 @contextmanager

@@ -1,5 +1,6 @@
 """Queries on a server: what a reader may, what nobody may, and that both lines hold alone."""
 
+import hashlib
 import math
 import os
 import re
@@ -37,7 +38,7 @@ from tests.project import ROOT
 from tests.refusals import refused
 from tests.store.conftest import Example
 from tests.store.raw import on_sqlite
-from tests.stored import stored
+from tests.stored import known, stored
 
 
 @pytest.fixture(scope="module")
@@ -335,21 +336,37 @@ def test_brackets_of_a_statement_do_not_close_ours(alice: str, sql: str) -> None
 
 
 @pytest.mark.slow
-def test_reader_who_may_make_nothing_verifies_views_too(owned: str, alice: str) -> None:
+@pytest.mark.parametrize("renewed", ["", " 14:x", " {kept}"])
+def test_reader_who_may_make_nothing_verifies_views_too(
+    owned: str, alice: str, renewed: str
+) -> None:
     with Repository.open(alice, create=False) as repository:
         assert repository.verify() == ()
     with psycopg.connect(owned, autocommit=True) as connection:
         connection.execute("SET search_path TO adeye")
-        found = connection.execute("SELECT pg_get_viewdef('v_goal_events'::regclass)").fetchone()
-        assert found is not None
-        made = f"CREATE OR REPLACE VIEW v_goal_events AS {found[0]}".encode()
-        other = f"SELECT * FROM ({found[0].rstrip(';')}) AS x WHERE false"  # noqa: S608 - the text of the view
-        connection.execute(f"CREATE OR REPLACE VIEW v_goal_events AS {other}".encode())
+
+        def told(what: str) -> str:
+            found = connection.execute(f"SELECT {what}('v_goal_events'::regclass)".encode())
+            return str(known(found.fetchone())[0])
+
+        def replace(query: str, note: str) -> None:
+            connection.execute(f"CREATE OR REPLACE VIEW v_goal_events AS {query}".encode())
+            connection.execute(f"COMMENT ON VIEW v_goal_events IS '{note}'".encode())
+
+        query, note = told("pg_get_viewdef"), told("obj_description")
+        made, _, kept = note.partition(" ")
+        other = f"SELECT * FROM ({query.rstrip(';')}) AS x WHERE false"  # noqa: S608 - the text of the view
+        replace(other, note)
+        if renewed:
+            # Who replaces a view can write another note.
+            release, text = kept.partition(":")[0], told("pg_get_viewdef")
+            own = f"{release}:{hashlib.sha256(text.encode()).hexdigest()}"
+            replace(other, f"{made}{renewed.format(kept=own)}")
         try:
             with Repository.open(alice, create=False) as repository:
                 (finding,) = repository.verify()
         finally:
-            connection.execute(made)
+            replace(query, note)
     assert (finding.row, finding.problem) == ("v_goal_events", "is not as this release makes it")
 
 
