@@ -389,6 +389,17 @@ def test_to_a_lane_from_a_direction_across_the_road_ends_in_the_lane(heading: fl
     assert np.abs(turned).max() <= 10.0 * STEP / subject.TURNING_RADIUS
 
 
+@pytest.mark.parametrize("jerk", [math.inf, 4.0])
+def test_a_change_of_speed_goes_on_along_the_road_as_it_did_across_it(jerk: float) -> None:
+    ways = []
+    for others in ([], [action(subject.CHANGE_BY, 3.5, 1.0)]):
+        row = begun(actor(d=-40.0, heading=0.2), action(subject.CHANGE_SPEED, 10.0, 2.0, jerk))
+        first = drive(row, 0, 20)
+        begun(row, *others, tick=20)
+        ways.append(np.concatenate([first, drive(row, 20, 200)])[:, 0])
+    np.testing.assert_allclose(*ways, rtol=0.0, atol=1e-9)
+
+
 @pytest.mark.slow
 def test_what_is_written_of_random_storyboards_agrees_and_wheels_can_do_it() -> None:
     random = np.random.default_rng(25)
