@@ -111,7 +111,8 @@ def test_detection_is_in_the_frame_of_its_sensor(version: int) -> None:
 
 def test_points_are_those_beams_that_have_a_return() -> None:
     (cloud,) = told(lidar=sample(points=[[0.0, 0.0, 0.0], [10.0, 0.1, 0.0]]))["points"]
-    assert (cloud["width"], len(cloud["data"])) == (1, 12)
+    assert (cloud["width"], cloud["height"], len(cloud["data"])) == (1, 1, 12)
+    assert (cloud["point_step"], cloud["row_step"], cloud["is_dense"]) == (12, 12, True)
     assert np.frombuffer(cloud["data"], "<f4") == pytest.approx([10.0, 0.0, 0.0])
 
 
