@@ -110,7 +110,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if arguments is None:
         # Nobody else's plug-in of pydantic has a say in what is valid, nor is any searched for.
         os.environ["PYDANTIC_DISABLE_PLUGINS"] = "__all__"
-        # Nothing here multiplies matrices for which threads would have to be made beforehand.
+        # Matrices of plug-ins are multiplied by one thread, as those of programs: with more, last
+        # bits hang on the number of cores, and every start waits for the threads.
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     ended = _supervised() if arguments is None else None
     if ended is not None:
