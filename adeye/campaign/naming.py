@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from adeye.errors import UsageError
 from adeye.store.read.campaigns import LATEST
+from adeye.store.records import LEFT_OUT
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -166,10 +167,11 @@ def campaign_of_file(repository: Repository, path: str | Path) -> Meant:
 def _odd_edits(then: Mapping[str, Any], now: Mapping[str, Any]) -> Iterator[str]:
     for key in _edited(then["odd"], now["odd"]):
         yield _WORDS.get(key, key)
-    for kind in ("scenarios", "architectures", "data"):
+    for kind in ("scenarios", "architectures", "data", LEFT_OUT):
         edited = _edited(then.get(kind, {}), now.get(kind, {}))
         if edited:
-            yield f"{kind} {', '.join(edited)}"
+            word = "places of" if kind == LEFT_OUT else kind
+            yield f"{word} {', '.join(edited)}"
 
 
 def _concept_edits(then: Mapping[str, Any], now: Mapping[str, Any]) -> Iterator[str]:

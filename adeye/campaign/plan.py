@@ -564,7 +564,6 @@ class CampaignPlan:
                     path for source in sources(self) for path in source.paths()
                 ),
                 MAPS: self.files.map_notes(),
-                **({LEFT_OUT: dict(self.left_out)} if self.left_out else {}),
                 FOLDERS: {name: folder.as_posix() for name, folder in self.folders.items()},
                 "numerics_version": self.engine.numerics_version,
                 "driver": self.driver,
@@ -652,6 +651,8 @@ class CampaignPlan:
             del odd["uncertainty"]
         return {
             **({"data": data} if data else {}),
+            # As a map decides which places there are, what an ODD asks for is not all in its text.
+            **({LEFT_OUT: _plain(self.left_out)} if self.left_out else {}),
             "odd": odd,
             "scenarios": {
                 name: item.spec.model_dump(mode="json") for name, item in files.scenarios.items()
@@ -822,6 +823,14 @@ def signal_table(plan: CampaignPlan) -> list[SignalRow]:
         )
         for name, (kind, scenarios, architectures) in found.items()
     ]
+
+
+def _plain(left_out: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+    """Leave out why places are refused, which is told in words of this version."""
+    return {
+        name: {key: sorted(value) if key == "refused" else value for key, value in item.items()}
+        for name, item in left_out.items()
+    }
 
 
 def _notices(files: OddFiles) -> Iterator[str]:

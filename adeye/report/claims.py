@@ -241,10 +241,11 @@ class _Claimer:
         self._outside = [item for item in applicable if not item.planned]
         names = self._compared.scenario.words
         self._designs = {name: design_statement(odd, name, campaign.factors) for name in names}
+        self._left_out = odd.get(LEFT_OUT, {})
         self._exposures = {name: use.get("exposure") for name, use in uses_of(odd).items()}
 
     def claims(self) -> Claims:
-        options, campaign = self._options, self._campaign
+        options = self._options
         keys = [(item.fsr, item.architecture, item.scenario) for item in self._status]
         counts = {key: self._counts(*key) for key in keys}
         by_fsr: dict[tuple[str, str], list[str]] = {}
@@ -274,16 +275,20 @@ class _Claimer:
             counts[key] = self._counts(*key)
         return Claims.of(
             options,
-            campaign=campaign.id,
-            odd=campaign.odd,
-            title=campaign.title,
+            campaign=self._campaign.id,
+            odd=self._campaign.odd,
+            title=self._campaign.title,
             populations={
-                name: f"{item.population}{_at_one_place(campaign, name)}"
+                name: f"{item.population}{self._at_one_place(name)}"
                 for name, item in self._designs.items()
             },
             conditions=(*_partly(counts, found), *self._conditions(found, bounds)),
             claims=tuple(found),
         )
+
+    def _at_one_place(self, scenario: str) -> str:
+        first = self._left_out.get(scenario, {}).get("first")
+        return f", all of them at {first} of the map" if first else ""
 
     def _conditions(self, found: Sequence[Claim], bounds: int) -> tuple[str, ...]:
         if all(item.refusal for item in found):
@@ -434,11 +439,6 @@ class _Claimer:
                 "rate_per_h": 3600.0 * rate * upper,
             }
         )
-
-
-def _at_one_place(campaign: CampaignInfo, scenario: str) -> str:
-    first = campaign.provenance.get(LEFT_OUT, {}).get(scenario, {}).get("first")
-    return f", all of them at {first} of the map" if first else ""
 
 
 def _units(compared: Compared) -> Any:

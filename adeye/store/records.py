@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 MAX_SEED: Final = 2**63 - 1
 LEFT_OUT: Final = "left_out"
-"""Key of a campaign's provenance: places of maps that no test case has, by scenario."""
+"""Key of an ODD as it is stored: places of maps that no test case has, by scenario."""
 
 Record = TypeVar("Record")
 

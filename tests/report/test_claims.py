@@ -88,7 +88,7 @@ class Campaign:
 
 
 def claims(campaign: Campaign, **options: Any) -> claimed.Claims:
-    info = SimpleNamespace(id="c", odd="odd", odd_digest="d", title="", factors=(), provenance={})
+    info = SimpleNamespace(id="c", odd="odd", odd_digest="d", title="", factors=())
     return claimed.claims_of(campaign, info, claimed.ClaimOptions(**options))  # type: ignore[arg-type]
 
 

@@ -29,7 +29,7 @@ from adeye.spec.concept import Concept
 from adeye.spec.quantity import SI
 from adeye.store.read import totals
 from adeye.store.read.bulk import Compared, Made
-from adeye.store.records import CampaignInfo
+from adeye.store.records import LEFT_OUT, CampaignInfo
 from adeye.store.repository import Repository
 from adeye.store.write.content import executable_digest
 from adeye.sweep.values import axis_text
@@ -261,7 +261,7 @@ def _edits(old: _Campaign, new: _Campaign) -> Iterator[EditTold]:
         yield from map(EditTold.of, edits_between(before, after, root))
 
 
-_FILES: Final = ("scenarios", "architectures", "data")
+_FILES: Final = ("scenarios", "architectures", "data", LEFT_OUT)
 
 
 def _fsrs(repository: Repository, old: _Campaign, new: _Campaign) -> Iterator[FsrChange]:

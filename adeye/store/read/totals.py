@@ -541,7 +541,7 @@ def gate_code(
         from adeye.spec.fault import idle_faults
 
         beside += [f"fault {name} {reason}" for name, reason in idle_faults((), injected)]
-    beside += [*_empty_events(repository, campaign), *_left_out(campaign)]
+    beside += [*_empty_events(repository, campaign), *_left_out(repository, campaign)]
     also = [*contacts_in_words(repository, campaign), *beside, *map(str, told)]
     return code, _passed(campaign, aside, also)
 
@@ -562,9 +562,10 @@ def _empty_events(repository: Repository, campaign: CampaignInfo) -> list[str]:
     ]
 
 
-def _left_out(campaign: CampaignInfo) -> Iterator[str]:
+def _left_out(repository: Repository, campaign: CampaignInfo) -> Iterator[str]:
     """Say of each scenario on maps which places it does not take, where nobody chose them."""
-    for scenario, item in campaign.provenance.get(LEFT_OUT, {}).items():
+    odd = repository.content("odd", campaign.odd_digest)
+    for scenario, item in odd.get(LEFT_OUT, {}).items():
         if first := item.get("first"):
             yield f"{scenario} takes place at {first} only, the first of its places"
         if maps := item.get("maps"):

@@ -276,8 +276,8 @@ def test_a_place_where_the_scenario_cannot_start_is_refused_and_told(tmp_path: P
     assert len(plan.cases) == 38
     (told,) = (text for text in plan.notices if "places" in text)
     assert told.startswith(f"lead_braking: 38 of 41 places, 3 refused ({GONE}")
-    noted = plan.record().provenance["left_out"]["lead_braking"]
-    assert (noted["left"], list(noted["refused"])) == (38, GONE.split(": ")[0].split(", "))
+    noted = plan.odd_content()["left_out"]["lead_braking"]
+    assert (noted["left"], noted["refused"]) == (38, GONE.split(": ")[0].split(", "))
     # Two lanes all along and one that ends, all without a limit.
     assert plan.files.map_notes()["drawn.xodr"]["guessed"] == 5
     loaded = load_scenario(project.folder / "scenarios_db/motorway/lead_braking.yaml")
