@@ -44,7 +44,7 @@ from adeye.spec.concept import Concept, budgets_of
 from adeye.spec.expression import Expression, may_hold, to_program
 from adeye.spec.fault import Fault, Late
 from adeye.spec.load import Loaded, OddFiles, at_place, load_architecture, shipped
-from adeye.spec.places import PLACE, ROAD, Offer, PlaceRoad, place_of
+from adeye.spec.places import PLACE, ROAD, Offer, PlaceRoad, place_of, require_posted
 from adeye.spec.plausible import BOUNDS, Implausible, implausible
 from adeye.spec.quantity import Record, require_dimension
 from adeye.spec.sensor_faults import SensorFault
@@ -239,9 +239,10 @@ def left_out(
             with_places = {key.partition(":")[0] for key in (*taken[use.name], *found)}
             files = loaded.spec.world.map.files if loaded.spec.world.map else ()
             item["maps"] = [name for name in files if PurePath(name).stem not in with_places]
-        first = "" if use.name in taken or PLACE in use.parameters else place_of(loaded.spec)
-        if first and len(list(islice(Offer(loaded.spec, loaded.locate), 2))) > 1:
-            item["first"] = first
+        if place_of(loaded.spec) and use.name not in taken and PLACE not in use.parameters:
+            first, *more = islice(Offer(loaded.spec, loaded.locate), 2)
+            require_posted([first], loaded.locate(("world", "place")))
+            item["first"] = str(first) if more else ""
         if any(item.values()):
             told[use.name] = item
     return told

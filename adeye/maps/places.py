@@ -19,7 +19,7 @@ import numpy as np
 from adeye.kernel import strips as across
 from adeye.maps import network
 from adeye.maps.carriageway import Cut, Lanes, Piece, Section, Slab, steps_of
-from adeye.maps.opendrive import FASTEST_POSTED, STEEPEST
+from adeye.maps.opendrive import STEEPEST
 
 Anchor = Literal["carriageway", "entry", "exit", "lane_begin", "lane_end", "work_zone"]
 """What is at a place: a point of a carriageway, where the lane of a ramp comes in or leaves, where
@@ -126,6 +126,7 @@ class Place:
         pieces: Cross-sections that the road leads over.
         window: From where to where on their line [m].
         left_hand: Whether traffic keeps to the left, and all this is of the mirror image.
+        fastest: Highest speed limit that the map gives along the road [m/s].
     """
 
     key: str
@@ -140,6 +141,7 @@ class Place:
     pieces: tuple[Piece, ...]
     window: tuple[float, float]
     left_hand: bool = False
+    fastest: float = 0.0
 
     @property
     def length(self) -> float:
@@ -470,12 +472,7 @@ def _laid(key: str, kind: str, asked: Asked, pieces: Sequence[Piece], here: floa
     given = [strip[across.STRIP_LIMIT] for lanes in own for strip in lanes]
     limits = [limit if limit >= 0.0 else _USUAL[kind or _UNKNOWN] for limit in given]
     least, most = min(limits), max(limits)
-    posted = (strip[across.STRIP_LIMIT] for _, item in road.slabs for strip in item)
     lacks = _lacks(
-        (
-            not any(FASTEST_POSTED < limit < math.inf for limit in posted),
-            "with a speed limit above any that is posted, as of one without its unit",
-        ),
         (asked.min_radius is None or radius >= asked.min_radius, "with a narrower bend"),
         (asked.max_radius is None or radius <= asked.max_radius, "without such a bend"),
         (
@@ -502,6 +499,7 @@ def _laid(key: str, kind: str, asked: Asked, pieces: Sequence[Piece], here: floa
         radius=radius,
         pieces=tuple(pieces),
         window=window,
+        fastest=max((limit for limit in given if limit < math.inf), default=0.0),
     )
 
 

@@ -265,6 +265,7 @@ def choose_places(offer: Offer, choice: str | Sequence[object]) -> tuple[PlaceRo
                     f"there is no place {shown(key)} among the {len(known):,} of the scenario",
                     remedy=suggest(str(key), known),
                 )
+    require_posted(chosen)
     guessed = Counter(
         str(key).partition(":")[0]
         for key in chosen
@@ -277,6 +278,28 @@ def choose_places(offer: Offer, choice: str | Sequence[object]) -> tuple[PlaceRo
         )
         notice(told, topic=told, every_s=math.inf)
     return tuple(chosen)
+
+
+def require_posted(places: Iterable[PlaceRoad], where: SourceLocation | None = None) -> None:
+    """Refuse to drive where a map has a speed limit that nobody posts.
+
+    Args:
+        places: Where somebody drives.
+        where: What asks for them.
+
+    Raises:
+        SpecError: It has one.
+    """
+    from adeye.maps.opendrive import FASTEST_POSTED
+
+    for key in places:
+        if key.place.fastest > FASTEST_POSTED:
+            raise SpecError(
+                f"place {key} has a speed limit of {3.6 * key.place.fastest:.0f} km/h, above any "
+                "that is posted: one without a unit is in m/s",
+                where=where,
+                remedy="Write its unit in the map, or ask for less by max_speed_limit.",
+            )
 
 
 # --- Maps, and what people say of one where its file leaves it to a guess: ``rules.yaml`` --------

@@ -251,6 +251,18 @@ def test_one_place_for_all_is_said_where_nobody_chose_it(tmp_path: Path) -> None
     assert not project.plan().left_out
 
 
+def test_nobody_drives_by_a_limit_that_lacks_its_unit(tmp_path: Path) -> None:
+    project = project_of(tmp_path / "p", 0, "all")
+    lanes = section(lane(0), *(lane(number, WIDE) for number in (-1, -2, -3)))
+    fast = (RoadType(0.0, "motorway", 130.0, 5),)
+    path = project.folder / "scenarios_db/motorway/drawn.xodr"
+    path.write_bytes(write_opendrive(network(road([piece("line", 4000.0)], lanes, types=fast))))
+    refused(InputError, project.plan, says="drawn:1.*468 km/h, above any that is posted")
+    with project.edited_odd() as odd:
+        odd["scenarios"][0]["sweep"] = {"parameters": {"friction": [0.9]}}
+    refused(InputError, project.plan, says="lead_braking.*468 km/h, above any that is posted")
+
+
 @pytest.mark.slow
 def test_a_map_that_has_fewer_places_by_now_is_what_was_edited(tmp_path: Path) -> None:
     project = project_of(tmp_path / "p", 0, "all")
