@@ -91,7 +91,7 @@ def where_in(
 
     with Repository.open(db, create=False) as repository:
         campaign = find_called(repository, name)
-        repository.require_sound(campaign.id, has_figures=False, has_tallies=False)
+        repository.require_sound(campaign.id, has_figures=False, has_accounts=False)
         return tell_where(repository, campaign, fsr, by=by, architectures=architectures)
 
 
