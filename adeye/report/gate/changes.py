@@ -221,11 +221,11 @@ def _tolerated(
     at: tuple[str, str, str],
     said: tuple[str, str],
 ) -> Loss | None:
-    """Say what was lost without counting, unless somebody named that size for this gate."""
+    """Say what was lost without counting, whoever named that size."""
     what, unit = said
-    unasked = Tolerances(tolerances.sizes)
+    nothing = Tolerances()
     lost = [
-        item for item in pairs if item[1] - item[2] > unasked.without_step(at[0], unit, item[1])
+        item for item in pairs if item[1] - item[2] > nothing.without_step(at[0], unit, item[1])
     ]
     if not lost:
         return None
