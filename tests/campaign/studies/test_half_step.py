@@ -545,6 +545,14 @@ def test_twin_is_found_and_replays_bit_for_bit(asked: Executed) -> None:
     assert len(described["verdicts"]) == len(describe_run(asked.db, origin)["verdicts"])
 
 
+def test_run_is_shown_with_the_verdicts_that_the_step_was_counted_in(asked: Executed) -> None:
+    sql = "SELECT result_digest, origin_digest FROM half_step ORDER BY 1 LIMIT 1"
+    [pair] = rows(asked.db, sql)
+    fsrs = sorted(name for (name,) in rows(asked.db, "SELECT DISTINCT fsr_id FROM campaign_fsr"))
+    for run in pair:
+        assert sorted(item["fsr"] for item in describe_run(asked.db, run)["verdicts"]) == fsrs
+
+
 def test_twins_are_in_no_selection_and_the_database_verifies(asked: Executed) -> None:
     assert len(asked.project.rows()) == RUNS
     assert count_rows(asked.db, "run") == RUNS + TWINS
