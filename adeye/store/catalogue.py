@@ -42,10 +42,12 @@ _TRIGGERS: Final = {
 }
 """What acts when somebody writes or reads: of PostgreSQL rules, policies and functions, too."""
 _BUILT: Final = (
-    "SELECT relname FROM pg_class WHERE relkind IN ('r', 'i') "  # noqa: S608 - own names
+    "SELECT relname, CASE relkind WHEN 'r' THEN 'CREATE TABLE' ELSE 'CREATE INDEX' END "  # noqa: S608 - own names
+    "FROM pg_class WHERE relkind IN ('r', 'i') "
     f"AND relnamespace = '{SCHEMA}'::regnamespace "
-    f"UNION SELECT conname FROM pg_constraint WHERE connamespace = '{SCHEMA}'::regnamespace"
+    f"UNION SELECT conname, '' FROM pg_constraint WHERE connamespace = '{SCHEMA}'::regnamespace"
 )
+"""Names, and how what makes one of the kind begins; constraints are made with their table."""
 MISSING: Final = "is missing"
 _OBJECTS: Final = {
     "sqlite": "SELECT 1 FROM sqlite_master",
@@ -195,8 +197,11 @@ def _server_definitions(connection: Connection, given: Mapping[str, str]) -> dic
         else:
             # One of the same name for other types would be called in its place.
             found.setdefault(name, statement)
-    for name in connection.exec_driver_sql(_BUILT).scalars():
-        found.setdefault(name, given.get(name, ""))
+    for name, begins in connection.exec_driver_sql(_BUILT):
+        own = given.get(name)
+        # What has a name of ours and is of another kind stands where ours is missing.
+        if own is not None and own[: len("CREATE TABLE")] == begins:
+            found.setdefault(name, own)
     made = {name: text for name, text in given.items() if text.startswith("CREATE VIEW")}
     may_make = connection.exec_driver_sql(
         "SELECT has_database_privilege(current_database(), 'TEMPORARY') "

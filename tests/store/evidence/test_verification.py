@@ -166,6 +166,17 @@ def test_dropped_trigger_and_changed_view_are_named(full: Store) -> None:
     }
 
 
+def test_what_stands_where_something_else_was_is_named(full: Store) -> None:
+    full.raw.execute("DROP TRIGGER run_no_delete")
+    full.raw.execute("CREATE INDEX run_no_delete ON run (backend)")
+    full.raw.execute("DROP VIEW v_timeline")
+    full.raw.execute("CREATE TABLE v_timeline AS SELECT 1 AS campaign")
+    assert {(item.table, item.row) for item in full.repository.verify()} == {
+        ("schema", "run_no_delete"),
+        ("schema", "v_timeline"),
+    }
+
+
 def test_block_that_is_done_without_its_results_is_named(store: Store) -> None:
     plan = store.plan(store.example.cases(4), block_size=4)
     store.raw.execute("UPDATE work SET state = 'done', owner = NULL")
