@@ -60,9 +60,12 @@ def tolerance(repository: Repository, campaign: CampaignInfo) -> dict[str, float
 
 
 def _gate_of(repository: Repository, campaign: CampaignInfo) -> Mapping[str, Any]:
+    return _of_odd(repository, campaign, "gate") or {}
+
+
+def _of_odd(repository: Repository, campaign: CampaignInfo, key: str) -> Any:
     odd = repository.content("odd", campaign.odd_digest).get("odd")
-    gate = odd.get("gate") if isinstance(odd, dict) else None
-    return gate or {}
+    return odd.get(key) if isinstance(odd, dict) else None
 
 
 @dataclass(frozen=True, slots=True)
@@ -541,7 +544,10 @@ def gate_code(
         from adeye.spec.fault import idle_faults
 
         beside += [f"fault {name} {reason}" for name, reason in idle_faults((), injected)]
-    beside += [*_empty_events(repository, campaign), *_left_out(repository, campaign)]
+    beside += _empty_events(repository, campaign)
+    beside += _left_out(repository.content("odd", campaign.odd_digest).get(LEFT_OUT, {}))
+    if _of_odd(repository, campaign, "uncertainty"):
+        beside += _changed_by_step(repository, campaign)
     also = [*contacts_in_words(repository, campaign), *beside, *map(str, told)]
     return code, _passed(campaign, aside, also)
 
@@ -562,10 +568,29 @@ def _empty_events(repository: Repository, campaign: CampaignInfo) -> list[str]:
     ]
 
 
-def _left_out(repository: Repository, campaign: CampaignInfo) -> Iterator[str]:
+def _changed_by_step(repository: Repository, campaign: CampaignInfo) -> Iterator[str]:
+    """Say where half the step gives other verdicts of what is mandatory in the gate."""
+    asked = {
+        (item.fsr, item.architecture)
+        for item in totals(repository, campaign)
+        if item.is_in_gate and item.is_mandatory
+    }
+    # An FSR with margins in several units has a record for each.
+    found = {
+        (item.difference.name, item.architecture, item.scenario): item.difference
+        for item in repository.hindsight.half_steps.uncertainty(campaign.id)
+        if item.difference.kind == "fsr" and item.difference.differing
+    }
+    for (fsr, architecture, scenario), told in found.items():
+        if (fsr, architecture) in asked:
+            which = ", ".join(f"{count} {change}" for change, count in told.changes.items())
+            count = f"{told.differing:,} of {amount(told.sampled, 'verdict')}"
+            yield f"{fsr} for {architecture}: half the step changes {count} of {scenario} ({which})"
+
+
+def _left_out(left_out: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
     """Say of each scenario on maps which places it does not take, where nobody chose them."""
-    odd = repository.content("odd", campaign.odd_digest)
-    for scenario, item in odd.get(LEFT_OUT, {}).items():
+    for scenario, item in left_out.items():
         if first := item.get("first"):
             yield f"{scenario} takes place at {first} only, the first of its places"
         if maps := item.get("maps"):

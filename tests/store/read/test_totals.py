@@ -13,6 +13,7 @@ import pytest
 
 from adeye.judge.evaluate import never_held
 from adeye.judge.stl.batch import HELD, NEEDED, SPARE
+from adeye.judge.uncertainty import Difference
 from adeye.judge.verdict import ExitCode, Outcome, Verdict
 from adeye.spec.concept import Waiver
 from adeye.spec.load import shipped
@@ -27,6 +28,7 @@ from adeye.store.read.totals import (
 )
 from adeye.store.records import ContentRecord, EventRecord
 from adeye.store.repository import Repository
+from adeye.store.write.half_steps import UncertaintyRecord
 from tests.store.conftest import Store
 from tests.stored import read_yaml
 
@@ -239,6 +241,24 @@ def test_contact_is_said_beside_a_green_answer(store: Store) -> None:
     told = "Every mandatory requirement passes for new; contact in 1 run of new"
     assert assert_gate(store, ExitCode.OK, campaign=campaign) == told
     assert store.repository.contacts(campaign) == {"legacy": 2, "new": 1}
+
+
+def test_verdicts_that_hang_on_the_step_are_said_beside_the_green(store: Store) -> None:
+    asked = {"gate": {"architectures": ["new"]}, "uncertainty": {"situations": 10}}
+    store.example.odd = ContentRecord("motorway", "1", {"odd": asked})
+    campaign = store.campaign()
+    of_fsr = Difference("fsr", "FSR1", "m", 4, 0, None, None, 3, {"PASS → FAIL": 3})
+    of_metric = replace(of_fsr, kind="metric", name="min_distance_m")
+    found = [
+        UncertaintyRecord("cut_in", "new", of_fsr, "f" * 64, "e" * 64),
+        UncertaintyRecord("cut_in", "legacy", of_fsr, "f" * 64, "d" * 64),
+        UncertaintyRecord("cut_in", "new", of_metric),
+    ]
+    store.repository.hindsight.half_steps.save_uncertainty(campaign, found)
+    told = assert_gate(store, ExitCode.OK, campaign=campaign)
+    assert told.partition("; ")[2] == (
+        "FSR1 for new: half the step changes 3 of 4 verdicts of cut_in (3 PASS → FAIL)"
+    )
 
 
 @pytest.mark.slow
