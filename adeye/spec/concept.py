@@ -180,8 +180,11 @@ _PLACEHOLDER: Final = re.compile(
 _HELD: Final = re.compile(
     r"(tobe|pending|placeholder)[a-z]{0,12}|wip|open(point|issue)?|draft|later|dummy|asdf[a-z]*"
     r"|loremipsum.*|(fil{2}in|insert|add)(text|argument|reason|rationale)?(here|later)"
+    r"|fil{2}(me)?in|notyet[a-z]{0,12}"
 )
 """Of what is left without marks and spaces."""
+_TEMPLATE: Final = re.compile(r"\s*(<[^<>]*>|\$?\{+[^{}]*\}+|\[\[[^\[\]]*\]\])\s*")
+"""What a template has where a text is to stand."""
 _NO_ARGUMENT: Final = frozenset({"none", "no", "na", "unknown"})
 
 
@@ -191,14 +194,16 @@ def is_placeholder(key: str, text: str) -> bool:
     >>> texts = "T. B. D.", "…", "to be determined", "n/a", "TBD (X)", "lorem ipsum", "", "To do so"
     >>> [is_placeholder("argument", text) for text in texts]
     [True, True, True, True, True, True, False, False]
-    >>> is_placeholder("safe_state", "none")
-    False
+    >>> is_placeholder("safe_state", "none"), is_placeholder("threshold_source", "n.a.")
+    (False, True)
+    >>> [is_placeholder("text", text) for text in ("<source>", "{{ why }}", "not yet defined")]
+    [True, True, True]
     """
     plain = unicodedata.normalize("NFKC", _unmarked(text)).casefold()
     bare = re.sub(r"[\W_]+", "", plain)
-    is_none = key in {"independence", "argument", "reason"} and bare in _NO_ARGUMENT
-    held = _HELD.fullmatch(bare) is not None or _PLACEHOLDER.fullmatch(plain) is not None
-    return text != "" and (is_none or held)
+    argues = key in {"independence", "argument", "reason"} or key.endswith(("_source", "rationale"))
+    held = _HELD.fullmatch(bare) or _PLACEHOLDER.fullmatch(plain) or _TEMPLATE.fullmatch(text)
+    return text != "" and ((argues and bare in _NO_ARGUMENT) or held is not None)
 
 
 # --- Decomposition of requirements over independent elements, and what argues for independence ----
