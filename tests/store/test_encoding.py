@@ -247,6 +247,12 @@ def test_values_that_change_places_change_the_hash() -> None:
     assert row_hashes(tables.event, words) != row_hashes(tables.run, words)
 
 
+def test_hash_of_a_row_is_what_databases_hold() -> None:
+    first, second, *_ = row_hashes(tables.event, hash_words(events()))
+    assert first == "6aa2db7d7aaf4ac94e77b2f2f3dc3159"
+    assert second == "9c3ae480f7875e31b2d6a4d393c144a9"
+
+
 def test_minus_zero_is_stored_and_hashed_as_zero() -> None:
     columns = events(1)
     columns[2] = np.array([-0.0])
