@@ -12,7 +12,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from adeye.judge.metrics import METRICS
+from adeye.store.tables import METRIC_IDS
 from tests.project import Project
 from tests.stored import write_yaml
 
@@ -28,7 +28,7 @@ def numbers_of(rows: list[dict[str, Any]]) -> dict[str, dict[str, str]]:
     return {
         "traces": {_name(row): row["trace_digest"] for row in ordered},
         "outcomes": {_name(row): _outcome(row) for row in ordered},
-        "metrics": {name: _digest([_measured(row, name) for row in ordered]) for name in METRICS},
+        "metrics": {name: _digest([_measured(row, name) for row in ordered]) for name in METRIC_IDS},
     }
 
 
