@@ -92,7 +92,7 @@ def test_reading_is_granted_on_a_server(adeye: Any, server: Any) -> None:
     assert adeye("db", "grant", "--db", url).out == "adeye_reader may read\n"
     assert adeye("query", "campaigns", "--db", url).code == 0
     unknown = adeye("db", "grant", "nobody_of_this_name", "--db", url)
-    assert (unknown.code, unknown.out) == (5, "")
+    assert (unknown.code, unknown.out) == (2, "")
     assert "datasette shows files" in adeye("db", "metadata", "--db", url).err
 
 
