@@ -311,13 +311,19 @@ def readable(connection: Connection) -> Iterator[None]:
         driver.text_factory = normal
 
 
-def damaged_pages(connection: Connection) -> Iterator[str]:
-    """Say what is wrong with the file; a server looks after its own."""
+def damaged_pages(connection: Connection, tables: Iterable[Table] | None = None) -> Iterator[str]:
+    """Say what is wrong with the file; a server looks after its own.
+
+    Args:
+        connection: In a transaction.
+        tables: Those to look at, with their indexes; None for all of the file.
+    """
     if is_server(connection):
         return
-    for line in connection.exec_driver_sql("PRAGMA integrity_check").scalars().all():
-        if line != "ok":
-            yield str(line)
+    for which in [""] if tables is None else [f"({table.name})" for table in tables]:
+        for line in connection.exec_driver_sql(f"PRAGMA integrity_check{which}").scalars().all():
+            if line != "ok":
+                yield str(line)
 
 
 def misplaced(connection: Connection, tables: Iterable[Table]) -> Iterator[tuple[str, str, str]]:

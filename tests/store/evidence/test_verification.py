@@ -166,6 +166,30 @@ def test_dropped_trigger_and_changed_view_are_named(full: Store) -> None:
     }
 
 
+@on_sqlite
+def test_row_that_an_index_lacks_is_named_by_whoever_decides(full: Store, campaign: str) -> None:
+    raw, name = full.raw, "ix_withdrawal_result_digest"
+    own = "SELECT name, sql FROM sqlite_master WHERE type = 'trigger' AND tbl_name = 'withdrawal'"
+    triggers = raw.execute(own).fetchall()
+    for trigger, _ in triggers:
+        raw.execute(f"DROP TRIGGER {trigger}")
+    rows = raw.execute("SELECT * FROM withdrawal").fetchall()
+    index = raw.execute("SELECT * FROM sqlite_master WHERE name = ?", (name,)).fetchone()
+    raw.execute("DELETE FROM withdrawal")
+    raw.execute("PRAGMA writable_schema = ON")
+    raw.execute("DELETE FROM sqlite_master WHERE name = ?", (name,))
+    raw.execute("PRAGMA writable_schema = RESET")
+    marks = ", ".join("?" * len(rows[0]))
+    raw.executemany(f"INSERT INTO withdrawal VALUES ({marks})", rows)  # noqa: S608
+    raw.execute("PRAGMA writable_schema = ON")
+    raw.execute("INSERT INTO sqlite_master VALUES (?, ?, ?, ?, ?)", index)
+    raw.execute("PRAGMA writable_schema = RESET")
+    for _, statement in triggers:
+        raw.execute(statement)
+    found = [str(item) for item in full.repository.unsound(campaign)]
+    assert any(f"missing from index {name}" in text for text in found)
+
+
 def test_what_stands_where_something_else_was_is_named(full: Store) -> None:
     full.raw.execute("DROP TRIGGER run_no_delete")
     full.raw.execute("CREATE INDEX run_no_delete ON run (backend)")
