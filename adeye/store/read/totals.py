@@ -568,24 +568,30 @@ def _empty_events(repository: Repository, campaign: CampaignInfo) -> list[str]:
     ]
 
 
-def _changed_by_step(repository: Repository, campaign: CampaignInfo) -> Iterator[str]:
-    """Say where half the step gives other verdicts of what is mandatory in the gate."""
+def _changed_by_step(repository: Repository, campaign: CampaignInfo) -> list[str]:
+    """Say where half the step gives other verdicts, or too few margins to tell what it is worth.
+
+    Only of what is mandatory in the gate.
+    """
     asked = {
         (item.fsr, item.architecture)
         for item in totals(repository, campaign)
         if item.is_in_gate and item.is_mandatory
     }
-    # An FSR with margins in several units has a record for each.
-    found = {
-        (item.difference.name, item.architecture, item.scenario): item.difference
-        for item in repository.hindsight.half_steps.uncertainty(campaign.id)
-        if item.difference.kind == "fsr" and item.difference.differing
-    }
-    for (fsr, architecture, scenario), told in found.items():
-        if (fsr, architecture) in asked:
-            which = ", ".join(f"{count} {change}" for change, count in told.changes.items())
-            count = f"{told.differing:,} of {amount(told.sampled, 'verdict')}"
-            yield f"{fsr} for {architecture}: half the step changes {count} of {scenario} ({which})"
+    told: dict[str, None] = {}
+    for item in repository.hindsight.half_steps.uncertainty(campaign.id):
+        found, whose = item.difference, f"{item.difference.name} for {item.architecture}"
+        if found.kind != "fsr" or (found.name, item.architecture) not in asked:
+            continue
+        if found.differing:
+            # An FSR with margins in several units has a record for each.
+            which = ", ".join(f"{count} {change}" for change, count in found.changes.items())
+            count = f"{found.differing:,} of {amount(found.sampled, 'verdict')}"
+            told[f"{whose}: half the step changes {count} of {item.scenario} ({which})"] = None
+        if found.pairs and found.uncertainty is None:
+            count = f"{found.pairs:,} of {amount(found.sampled, 'margin')}"
+            told[f"{whose}: {count} of {item.scenario} do not tell what the step is worth"] = None
+    return list(told)
 
 
 def _left_out(left_out: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:

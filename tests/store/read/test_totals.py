@@ -249,15 +249,18 @@ def test_verdicts_that_hang_on_the_step_are_said_beside_the_green(store: Store) 
     campaign = store.campaign()
     of_fsr = Difference("fsr", "FSR1", "m", 4, 0, None, None, 3, {"PASS → FAIL": 3})
     of_metric = replace(of_fsr, kind="metric", name="min_distance_m")
+    few = Difference("fsr", "FSR3", "m", 12, 9, 0.1, 0.2, 0, {})
     found = [
         UncertaintyRecord("cut_in", "new", of_fsr, "f" * 64, "e" * 64),
         UncertaintyRecord("cut_in", "legacy", of_fsr, "f" * 64, "d" * 64),
         UncertaintyRecord("cut_in", "new", of_metric),
+        UncertaintyRecord("cut_in", "new", few, "f" * 64, "c" * 64),
     ]
     store.repository.hindsight.half_steps.save_uncertainty(campaign, found)
     told = assert_gate(store, ExitCode.OK, campaign=campaign)
     assert told.partition("; ")[2] == (
-        "FSR1 for new: half the step changes 3 of 4 verdicts of cut_in (3 PASS → FAIL)"
+        "FSR1 for new: half the step changes 3 of 4 verdicts of cut_in (3 PASS → FAIL); "
+        "FSR3 for new: 9 of 12 margins of cut_in do not tell what the step is worth"
     )
 
 
