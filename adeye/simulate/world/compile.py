@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -440,6 +440,10 @@ def _ego_desired_speed(formulas: Formulas) -> Floats:
     )
 
 
+_LEAST_WAY_S: Final = 1.0
+"""From the start to a goal, at the speed of the start [s]. Our choice."""
+
+
 def _goal(formulas: Formulas, starts: Starts, road: RoadMap) -> Floats:
     """Place along the road where the ego is to arrive (B,) [m], inf for none."""
     goal = formulas.values(
@@ -452,6 +456,14 @@ def _goal(formulas: Formulas, starts: Starts, road: RoadMap) -> Floats:
             f"ego.goal.s: {goal[bad][0]:g} m is not on the way from the start at {start} to the "
             f"end of the road at {length}",
             remedy="Put the goal ahead of the start, and on the road.",
+        )
+    near = goal - starts.ego_s < _LEAST_WAY_S * starts.ego_speed
+    if near.any():
+        way, speed = (column[near][0] for column in (goal - starts.ego_s, starts.ego_speed))
+        raise SpecError(
+            f"ego.goal.s: {way:g} m ahead of the start is less than {_LEAST_WAY_S:g} s of driving "
+            f"at {speed:g} m/s, so that the run would be over before anything could be seen",
+            remedy="Put the goal further ahead.",
         )
     return goal
 

@@ -249,6 +249,10 @@ def _placeholders(connection: Connection, campaign: str) -> Iterator[Violation]:
 
 def _alike(connection: Connection, campaign: str) -> Iterator[Violation]:
     """Find decompositions of which two children have the same verdict on every run."""
+    from adeye.judge.requirements import measured
+    from adeye.spec.concept import Requirement
+    from adeye.spec.quantity import SI
+
     children: dict[tuple[str, str], list[str]] = defaultdict(list)
     for name, child, content in connection.exec_driver_sql(
         "SELECT d.fsr_id, d.child_id, f.content FROM campaign c "
@@ -257,12 +261,11 @@ def _alike(connection: Connection, campaign: str) -> Iterator[Violation]:
         "WHERE c.id = ? ORDER BY d.fsr_id, d.child_id",
         (campaign,),
     ).all():
-        asked = json.loads(content)
-        formula = " ".join((asked.get("formula") or "").split())
-        others = [asked.get(key) for key in ("bound", "parameters")]
-        what = [formula, *others, sorted(asked.get("scenarios") or ())]
-        if formula or asked.get("bound"):
-            children[name, json.dumps(what, sort_keys=True)].append(child)
+        asked = measured(Requirement.model_validate_json(content, context=SI))
+        # However it is spelt, and wherever it is judged.
+        what = {key: asked[key] for key in ("formula", "bound") if asked.get(key)}
+        if what:
+            children[name, json.dumps(what, sort_keys=True, default=str)].append(child)
     for (name, _), alike in children.items():
         if len(alike) > 1:
             detail = f"{' and '.join(alike)} have the same formula or bound"

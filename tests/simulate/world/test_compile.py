@@ -75,6 +75,17 @@ def test_without_a_goal_it_is_never_reached() -> None:
     assert ahead.goal.tolist() == [400.0]
 
 
+def test_a_goal_that_is_there_at_once_is_refused() -> None:
+    def ahead(metres: float) -> Any:
+        ego = {"s": "200 m", "speed": "20 m/s", "goal": {"s": f"{200.0 + metres} m"}}
+        return compile_world([make_case(make_scenario(ego=ego))]).goal.tolist()
+
+    assert ahead(20.0) == [220.0]
+    for metres in (0.01, 19.9):
+        with pytest.raises(SpecError, match=r"ego\.goal\.s: .* is less than 1 s of driving"):
+            ahead(metres)
+
+
 def test_a_goal_that_is_not_ahead_on_the_road_is_refused() -> None:
     # The ego starts at 200 m; the road has 2000 m.
     for goal in ("50 m", "200 m", "2001 m", "5 * gap"):

@@ -199,8 +199,8 @@ DEFECTS = (
     INTO_THREE,
     ON_ONE,
     defect("children_alike", "FSR2", *(
-        content("fsr", child, formula=f"always(not{space}contact)", bound=None)
-        for child, space in (("FSR2a", " "), ("FSR2b", "\n  "))
+        content("fsr", child, formula=formula, bound=None)
+        for child, formula in (("FSR2a", "always(gap >= 100 cm)"), ("FSR2b", "always((gap>=1 m))"))
     )),
     defect("independence_argument", "FSR2", sql("UPDATE decomposition SET independence = ''")),
     SILENT,
