@@ -469,10 +469,19 @@ def unsound(connection: Connection, campaign: str) -> Iterator[Finding]:
         connection: In a transaction.
         campaign: Id of the campaign.
     """
-    yield from altered_definitions(connection)
-    # A row that an index lacks is there, and is not found by what looks for it.
+    yield from _unsound_rows(connection, campaign)
+    yield from _unindexed(connection)
+
+
+def _unindexed(connection: Connection) -> Iterator[Finding]:
+    """Name rows that an index lacks: they are there, and are not found by what looks for them."""
     few = (table for table in tables.metadata.sorted_tables if table not in _BY_RUN)
-    yield from (Finding("database", "", line) for line in catalog.damaged_pages(connection, few))
+    for line in catalog.damaged_pages(connection, few):
+        yield Finding("database", "", line)
+
+
+def _unsound_rows(connection: Connection, campaign: str) -> Iterator[Finding]:
+    yield from altered_definitions(connection)
     counted = (tables.tally, tables.case_repeat, tables.never_held)
     for table in (tables.campaign, tables.campaign_fsr, *counted):
         own = "id = ?" if table is tables.campaign else "campaign_id = ?"
@@ -516,7 +525,8 @@ def require_sound(
         checks["campaign_case"] = wrong_plans(connection, campaign)
     told = [_as_far_as_readable(name, check) for name, check in checks.items()]
     altered = _altered(connection, campaign, has_figures=has_figures)
-    refuse("the database", chain(unsound(connection, campaign), altered, *told))
+    rows = _unsound_rows(connection, campaign)
+    refuse("the database", chain(rows, altered, *told, _unindexed(connection)))
 
 
 def _counted(connection: Connection, table: str) -> Iterator[Finding]:
