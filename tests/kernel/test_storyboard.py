@@ -397,7 +397,8 @@ def test_a_change_of_speed_goes_on_along_the_road_as_it_did_across_it(jerk: floa
         first = drive(row, 0, 20)
         begun(row, *others, tick=20)
         ways.append(np.concatenate([first, drive(row, 20, 200)])[:, 0])
-    np.testing.assert_allclose(*ways, rtol=0.0, atol=1e-9)
+    across, along = ways
+    np.testing.assert_allclose(along, across, rtol=0.0, atol=1e-9)
 
 
 @pytest.mark.slow
