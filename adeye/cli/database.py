@@ -137,6 +137,8 @@ _CAMPAIGN: Final = ("number", "id", "odd", "planned", "state", "created_at")
 def info(db: Db = None, json: Json = False) -> None:
     """Say what the database holds: schema, size, rows by table, campaigns.
 
+    Rows are those that were written; 'adeye db verify' finds whether they are still there.
+
     Examples:
         adeye db info
         adeye db info --json

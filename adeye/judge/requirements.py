@@ -19,7 +19,7 @@ from adeye.errors import (
     suggest,
 )
 from adeye.identity import digest
-from adeye.judge.first_row import Rows, asked_of_first_row
+from adeye.judge.first_row import Rows, asked_of_first_row, uncounted
 from adeye.judge.metrics import METRICS, MetricDefinition
 from adeye.judge.stl import syntax
 from adeye.judge.stl.counterexample import Runs, first_constant
@@ -393,6 +393,17 @@ def _weak_part(root: syntax.Condition, rows: Rows) -> tuple[syntax.Node, str, st
     return None
 
 
+def _idle_part(root: syntax.Condition, rows: Rows) -> tuple[syntax.Node, str, str] | None:
+    """Find what decides nothing beside the other parts; how, and what to write instead."""
+    if (found := uncounted(root, rows)) is None:
+        return None
+    part, at_first = found
+    if at_first:
+        how = "counts at the first row alone, for what the other parts say"
+        return part, how, "Write what it shall demand later on"
+    return part, "never counts, for what the other parts say", "Leave it out"
+
+
 class _Check:
     """One FSR against the plan."""
 
@@ -510,12 +521,14 @@ class _Check:
             for name, spec in played
         ]
         longest = max(spec.horizon + spec.tail for _, spec in played)
-        found = _weak_part(formula.root, Rows(self._plan.step, longest))
+        rows = Rows(self._plan.step, longest)
+        found = _weak_part(formula.root, rows)
         if found is None and (constant := first_constant(formula, runs)) is not None:
             part, is_held = constant
             how = f"{'always' if is_held else 'never'} holds, whatever its signals are"
             remedy = "Write a limit or condition that depends on them, or leave the part out"
             found = part, how, remedy
+        found = found or _idle_part(formula.root, rows)
         is_meant = self._requirement.unusual_formula
         if found is not None and not is_meant:
             part, how, remedy = found

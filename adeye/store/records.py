@@ -598,7 +598,7 @@ class DatabaseInfo:
         path: Where it is.
         schema: Version of its schema.
         size_bytes: Size of the file.
-        rows: Number of rows by table.
+        rows: Number of rows by table, as the ledger counts those that it knows.
     """
 
     path: str

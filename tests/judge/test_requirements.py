@@ -351,6 +351,23 @@ def test_only_runs_that_an_fsr_is_judged_on_count_as_they_are_executed(plan: Jud
 EXPOSED = {"bound": {"metric": "tet_s", "at_most": 10.0}}
 
 
+@pytest.mark.parametrize(
+    ("formula", "says"),
+    [
+        ("always(once(in_odd) or previous(in_odd))", "counts at the first row alone"),
+        (
+            "always(not contact and (not contact or in_odd))",
+            "'in_odd' (formula, character 40) never",
+        ),
+    ],
+)
+def test_part_that_counts_for_nothing_beside_others_is_refused(
+    check: Check, formula: str, says: str
+) -> None:
+    refused(SpecError, check, formula=formula, says=says)
+    check(formula=formula, unusual_formula=True)
+
+
 def test_formula_that_no_run_decides_is_accepted_if_it_is_meant(check: Check) -> None:
     formula = "eventually(time >= 1 s)"
     meant = check(formula=formula, unusual_formula=True).requirement
