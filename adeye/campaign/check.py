@@ -217,7 +217,7 @@ def left_out(
 
     Returns:
         Under ``refused`` why it cannot start at some that were asked for, with how many are
-        ``left``; under ``maps`` those without any place, where all places were asked for; under
+        ``left``; under ``maps`` those without any place, where no places were named; under
         ``first`` the one that is taken where none was asked for and there are more.
     """
     told: dict[str, dict[str, Any]] = {}
@@ -235,10 +235,13 @@ def left_out(
                 for place, error in found.items()
             }
             item |= {"left": len(taken[use.name]), "refused": why}
-        if use.sweep.parameters.get(PLACE) == "all" and use.name in taken:
+        # Who names places has seen which maps have none.
+        if use.name in taken and isinstance(use.sweep.parameters.get(PLACE), str):
             with_places = {key.partition(":")[0] for key in (*taken[use.name], *found)}
             files = loaded.spec.world.map.files if loaded.spec.world.map else ()
-            item["maps"] = [name for name in files if PurePath(name).stem not in with_places]
+            others = [name for name in files if PurePath(name).stem not in with_places]
+            offer = Offer(loaded.spec, loaded.locate) if others else None
+            item["maps"] = [name for name in others if offer and not offer.has(PurePath(name).stem)]
         if place_of(loaded.spec) and use.name not in taken and PLACE not in use.parameters:
             first, *more = islice(Offer(loaded.spec, loaded.locate), 2)
             require_posted([first], loaded.locate(("world", "place")))

@@ -177,6 +177,11 @@ class Offer:
         """List the places that have a key: one, or none."""
         return list(self._look(i for i, item in enumerate(self._spots) if item[0] == key))
 
+    def has(self, name: str) -> bool:
+        """Tell whether there is a place on the map of this name."""
+        on_map = (i for i, (key, *_) in enumerate(self._spots) if key.partition(":")[0] == name)
+        return next(self._look(on_map), None) is not None
+
     def drawn(self, count: int, seed: int) -> list[PlaceRoad]:
         """Draw some, or all if they are fewer: the same ones whatever others there are."""
         order = sorted(

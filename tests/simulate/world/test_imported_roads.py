@@ -235,6 +235,21 @@ def test_a_scenario_takes_place_at_every_place_of_several_maps_or_is_refused_the
     )
 
 
+@pytest.mark.parametrize("choice", ["first 2", "sample 3 seed 1"])
+def test_a_map_without_a_place_is_told_whichever_places_are_taken(
+    tmp_path: Path, choice: str
+) -> None:
+    project = project_of(tmp_path / "p", 0, choice)
+    lanes = section(lane(0), *(lane(number, WIDE) for number in (-1, -2, -3)))
+    for name, length in (("short", 300.0), ("other", 4000.0)):
+        path = project.folder / f"scenarios_db/motorway/{name}.xodr"
+        path.write_bytes(write_opendrive(network(road([piece("line", length)], lanes))))
+    with project.edited("scenarios_db/motorway/lead_braking.yaml") as scenario:
+        scenario["world"]["map"]["file"] = ["drawn.xodr", "short.xodr", "other.xodr"]
+    told = project.plan().left_out
+    assert told == {"lead_braking": {"maps": ["short.xodr"]}}
+
+
 def test_one_place_for_all_is_said_where_nobody_chose_it(tmp_path: Path) -> None:
     project = project_of(tmp_path / "p", 0, "all")
     with project.edited_odd() as odd:
