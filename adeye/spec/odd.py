@@ -5,7 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Annotated, Any, ClassVar, Final, Literal
 
-from pydantic import Field, StringConstraints, TypeAdapter, ValidationError
+from pydantic import (
+    AfterValidator,
+    Field,
+    StringConstraints,
+    TypeAdapter,
+    ValidationError,
+    ValidationInfo,
+)
 
 from adeye.errors import UsageError, suggest
 from adeye.spec import quantity as q
@@ -128,10 +135,24 @@ class LaneLimits(q.Record):
             yield (), f"from {self.min} to {self.max} lanes is empty"
 
 
+def _names_some(values: tuple[str, ...], info: ValidationInfo) -> tuple[str, ...]:
+    """Refuse an empty list that somebody wrote: it might mean none, and might mean all."""
+    if not values and not (info.context or {}).get("si"):
+        raise ValueError("it names none: leave the key out for all")
+    return values
+
+
+Some = AfterValidator(_names_some)
+
+
 class Scenery(q.Record):
     """Scenery attributes (ISO 34503)."""
 
-    road_type: q.Many[Literal["motorway", "rural", "urban"]] = ("motorway", "rural", "urban")
+    road_type: Annotated[q.Many[Literal["motorway", "rural", "urban"]], Some] = (
+        "motorway",
+        "rural",
+        "urban",
+    )
     lanes: LaneLimits = LaneLimits()
     min_radius: q.Length | None = None
 
@@ -166,7 +187,7 @@ class EnvironmentalConditions(q.Record):
     rain: RainLimits | None = None
     fog: FogLimits | None = None
     friction: FrictionLimits | None = None
-    illumination: q.Many[Illumination] = ("day", "dusk", "lit_night", "night")
+    illumination: Annotated[q.Many[Illumination], Some] = ("day", "dusk", "lit_night", "night")
     sun_elevation: SunLimits | None = None
 
 
@@ -180,8 +201,8 @@ class DynamicElements(q.Record):
     """Attributes of the ego and other participants (ISO 34503)."""
 
     ego_speed: SpeedLimits | None = None
-    actors: q.Many[ActorKind] = ()
-    """Kinds of actor that may occur; empty: all."""
+    actors: Annotated[q.Many[ActorKind], Some] = ()
+    """Kinds of actor that may occur; without it all."""
 
 
 class Attributes(q.Record):
