@@ -508,12 +508,15 @@ def _sun_elevation(formulas: Formulas, day: Bools) -> Floats:
             f"{where}: {degrees[outside][0]:g} deg is beyond the zenith or the nadir",
             remedy="Allowed: -90 deg to 90 deg.",
         )
-    risen = (elevation > 0.0) & ~day
-    if risen.any():
-        raise SpecError(
-            f"{where}: at {degrees[risen][0]:g} deg the sun is up, but the illumination is not day",
-            remedy="Leave it out, let the sun be below the horizon, or set illumination: day.",
-        )
+    for wrong, said, remedy in (
+        ((elevation > 0.0) & ~day, "up, but the illumination is not day", "below the horizon"),
+        ((elevation < 0.0) & day, "down, but the illumination is day", "above the horizon"),
+    ):
+        if wrong.any():
+            raise SpecError(
+                f"{where}: at {degrees[wrong][0]:g} deg the sun is {said}",
+                remedy=f"Leave it out, let the sun be {remedy}, or set another illumination.",
+            )
     return elevation
 
 

@@ -130,6 +130,7 @@ def test_sun_goes_with_the_day_and_below_the_horizon_with_the_dark() -> None:
         ({"sun_elevation": "91 deg"}, "91 deg is beyond the zenith"),
         ({"sun_elevation": "5 deg", "illumination": "night"}, "the illumination is not day"),
         ({"sun_elevation": "5 deg", "illumination": "dusk"}, "the illumination is not day"),
+        ({"sun_elevation": "-5 deg"}, "down, but the illumination is day"),
     ):
         with pytest.raises(SpecError, match=said):
             compile_world([make_case(make_scenario(environment=environment))])
