@@ -19,8 +19,9 @@ from adeye.errors import (
     suggest,
 )
 from adeye.identity import digest
-from adeye.judge.first_row import Rows, asked_of_first_row, uncounted
+from adeye.judge.first_row import Rows, asked_of_first_row
 from adeye.judge.metrics import METRICS, MetricDefinition
+from adeye.judge.short_runs import uncounted
 from adeye.judge.stl import syntax
 from adeye.judge.stl.counterexample import Runs, first_constant
 from adeye.judge.stl.formula import (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -37,6 +38,7 @@ from adeye.store.write.content import save_concept, save_content
 from adeye.store.write.planning import fsr_rows, judging_hash, save_campaign
 
 if TYPE_CHECKING:
+    from adeye.spec.concept import Requirement
     from adeye.spec.fault import Injected
 
 _UNSAVED: Final = "unsaved"
@@ -249,11 +251,10 @@ def _placeholders(connection: Connection, campaign: str) -> Iterator[Violation]:
 
 def _alike(connection: Connection, campaign: str) -> Iterator[Violation]:
     """Find decompositions of which two children have the same verdict on every run."""
-    from adeye.judge.requirements import measured
     from adeye.spec.concept import Requirement
     from adeye.spec.quantity import SI
 
-    children: dict[tuple[str, str], list[str]] = defaultdict(list)
+    children: dict[str, list[tuple[str, Requirement]]] = defaultdict(list)
     for name, child, content in connection.exec_driver_sql(
         "SELECT d.fsr_id, d.child_id, f.content FROM campaign c "
         "JOIN decomposition_child d ON d.concept_digest = c.concept_digest "
@@ -261,15 +262,41 @@ def _alike(connection: Connection, campaign: str) -> Iterator[Violation]:
         "WHERE c.id = ? ORDER BY d.fsr_id, d.child_id",
         (campaign,),
     ).all():
-        asked = measured(Requirement.model_validate_json(content, context=SI))
-        # However it is spelt, and wherever it is judged.
-        what = {key: asked[key] for key in ("formula", "bound") if asked.get(key)}
-        if what:
-            children[name, json.dumps(what, sort_keys=True, default=str)].append(child)
-    for (name, _), alike in children.items():
-        if len(alike) > 1:
-            detail = f"{' and '.join(alike)} have the same formula or bound"
-            yield Violation(ALIKE.name, "decomposition", name, detail)
+        children[name].append((child, Requirement.model_validate_json(content, context=SI)))
+    for name, parts in children.items():
+        alike: list[list[tuple[str, Requirement]]] = []
+        for part in parts:
+            # However it is spelt, and wherever it is judged.
+            own = next((kind for kind in alike if _ask_alike(kind[0][1], part[1])), None)
+            if own is None:
+                alike.append(own := [])
+            own.append(part)
+        for kind in alike:
+            if len(kind) > 1:
+                detail = (
+                    f"{' and '.join(child for child, _ in kind)} have the same formula or bound"
+                )
+                yield Violation(ALIKE.name, "decomposition", name, detail)
+
+
+def _ask_alike(one: Requirement, other: Requirement) -> bool:
+    """Tell whether two FSRs ask for the same, as far as is found out."""
+    from adeye.judge.first_row import Rows
+    from adeye.judge.requirements import compile_requirement, measured
+    from adeye.judge.short_runs import fail_alike
+
+    asked = [
+        {key: found[key] for key in ("formula", "bound") if found.get(key)}
+        for found in (measured(one), measured(other))
+    ]
+    if asked[0] == asked[1]:
+        return bool(asked[0])
+    formulas = [compile_requirement(item).formula for item in (one, other)]
+    if formulas[0] is None or formulas[1] is None:
+        return False
+    # No window is as long as such runs, or lies between two of their rows.
+    rows = Rows(step=1e-4, end_s=math.inf)
+    return fail_alike(formulas[0].root, formulas[1].root, rows) is True
 
 
 def _ask(connection: Connection, rules: Iterable[Rule], campaign: str) -> tuple[Violation, ...]:
