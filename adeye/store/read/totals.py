@@ -545,6 +545,7 @@ def gate_code(
 
         beside += [f"fault {name} {reason}" for name, reason in idle_faults((), injected)]
     beside += _empty_events(repository, campaign)
+    beside += _other_traffic(campaign)
     beside += _left_out(repository.content("odd", campaign.odd_digest).get(LEFT_OUT, {}))
     if _of_odd(repository, campaign, "uncertainty"):
         beside += _changed_by_step(repository, campaign)
@@ -592,6 +593,13 @@ def _changed_by_step(repository: Repository, campaign: CampaignInfo) -> list[str
             count = f"{found.pairs:,} of {amount(found.sampled, 'margin')}"
             told[f"{whose}: {count} of {item.scenario} do not tell what the step is worth"] = None
     return list(told)
+
+
+def _other_traffic(campaign: CampaignInfo) -> Iterator[str]:
+    """Say by what traffic was simulated, if it is not what a run without options takes."""
+    backend, variant = (str(campaign.provenance.get(key, "")) for key in ("backend", "variant"))
+    if backend and (backend, variant.partition("-")[0]) != ("batch", "reference"):
+        yield f"traffic was simulated by {backend} {variant}, which is not the default"
 
 
 def _left_out(left_out: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:

@@ -29,6 +29,7 @@ from adeye.store.read.totals import (
 from adeye.store.records import ContentRecord, EventRecord
 from adeye.store.repository import Repository
 from adeye.store.write.half_steps import UncertaintyRecord
+from tests.project import Executed
 from tests.store.conftest import Store
 from tests.stored import read_yaml
 
@@ -460,3 +461,22 @@ def test_fsr_that_is_about_more_than_contacts_is_not_set_aside(formula: str) -> 
     assert verdict is Verdict.FAIL
     assert "FSR-01 is about" in note
     assert "an FSR of its own" in note
+
+
+@pytest.mark.parametrize(
+    ("backend", "variant", "said"),
+    [
+        ("batch", "reference-7", ""),
+        ("batch", "fast-2", "traffic was simulated by batch fast-2, which is not the default"),
+        ("highway", "highway-env-1", "by highway highway-env-1, which is not the default"),
+    ],
+)
+def test_green_says_which_traffic_it_was_if_somebody_chose_another(
+    mini: Executed, backend: str, variant: str, said: str
+) -> None:
+    with mini.opened() as (repository, campaign):
+        other = {**campaign.provenance, "backend": backend, "variant": variant}
+        code, text = gate_code(repository, replace(campaign, provenance=other))
+    assert code is ExitCode.OK
+    assert text.endswith(said)
+    assert ("traffic" in text) is bool(said)
