@@ -200,7 +200,9 @@ DEFECTS = (
     ON_ONE,
     defect("children_alike", "FSR2", *(
         content("fsr", child, formula=formula, bound=None)
-        for child, formula in (("FSR2a", "always(gap >= 100 cm)"), ("FSR2b", "not eventually(gap < 1 m)"))
+        for child, formula in {
+            "FSR2a": "always(gap >= 100 cm)", "FSR2b": "not eventually(gap < 1 m)"
+        }.items()
     )),
     defect("independence_argument", "FSR2", sql("UPDATE decomposition SET independence = ''")),
     SILENT,
