@@ -243,6 +243,9 @@ class Architecture(FileRecord):
             "switch",
             *(f"{HEALTH}{name}" for name in self.sensors),
         ]
+        if "switch" in self.sensors:
+            text = "no sensor is called 'switch': a link of this name is to the switch"
+            yield ("sensors", "switch"), text
         for name, channel in self.channels.items():
             for at, link in enumerate(channel.links):
                 loc = ("channels", name, "links", at)
