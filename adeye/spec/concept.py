@@ -154,7 +154,7 @@ def spelled_twice(elements: Iterable[Element]) -> Iterator[Problem]:
             plain = _plain(name)
             first = known.setdefault((kind, plain), name) if plain else name
             if first != name:
-                what = f"{shown(name)} is spelled {shown(first)} elsewhere"
+                what = f"{_letters(name)} is spelled {_letters(first)} elsewhere"
                 yield ("elements", number, *place), f"{what}. Spell one thing in one way"
             other = kinds.setdefault(plain, kind) if plain and kind != "supplier" else kind
             if other != kind:
@@ -163,15 +163,30 @@ def spelled_twice(elements: Iterable[Element]) -> Iterator[Problem]:
                 yield ("elements", number, *place), f"{what}. Name one thing under one key"
 
 
+def _letters(name: str) -> str:
+    """Show a name, and which letters it has where that cannot be seen."""
+    return shown(name) if name.isascii() else f"{shown(name)} ({ascii(name)[1:-1]})"
+
+
 def _unmarked(text: str) -> str:
     return "".join(item for item in text if unicodedata.category(item) != "Cf")
 
 
+_LOOKS_LIKE: Final = str.maketrans(
+    "авекмнорстухіјѕԁԛԝһӏαβεικνορτυχ",
+    "abekmhopctyxijsdqwhlabeikvoptux",
+)
+"""Letters of other alphabets that look like Latin ones, small or as capitals."""
+
+
 def _plain(name: str) -> str:
-    """Return what a name is without its spelling: marks that nobody sees, case, spaces, hyphens."""
+    """Return what a name is without its spelling: marks that nobody sees, case, spaces, hyphens.
+
+    Nor does it matter of which alphabet a letter is that looks like one of another.
+    """
     seen = unicodedata.normalize("NFKC", _unmarked(name))
     folded = unicodedata.normalize("NFKC", seen.casefold())
-    return re.sub(r"[\s_-]+", "", folded)
+    return re.sub(r"[\s_-]+", "", folded).translate(_LOOKS_LIKE)
 
 
 _PLACEHOLDER: Final = re.compile(

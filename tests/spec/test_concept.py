@@ -285,8 +285,15 @@ def test_one_thing_in_two_spellings_is_no_two_things() -> None:
         ({"resources": (parted,)}, ("resources", 0), parted, "Gr\u00f6\u00dfe"),
         ({"supplier": "Al\u200bpha"}, ("supplier",), "Al\u200bpha", "Alpha"),
         ({"software": ("\uff23++",)}, ("software", 0), "\uff23++", "C++"),
+        # A Cyrillic and a Greek letter.
+        ({"resources": ("p\u043ewer_a",)}, ("resources", 0), "p\u043ewer_a", "power_a"),
+        ({"supplier": "\u0391lpha"}, ("supplier",), "\u0391lpha", "Alpha"),
     ):
-        told = f"{shown(name)} is spelled {shown(first)} elsewhere. Spell one thing in one way"
+        seen = [
+            shown(text) if text.isascii() else f"{shown(text)} ({ascii(text)[1:-1]})"
+            for text in (name, first)
+        ]
+        told = f"{seen[0]} is spelled {seen[1]} elsewhere. Spell one thing in one way"
         made = element("radar", **other)
         assert list(spelled_twice([one, made])) == [(("elements", 1, *place), told)]
     apart = element("radar", supplier="camera", resources=("power_b",), software=("C", "alpha"))
