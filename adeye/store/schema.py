@@ -53,7 +53,7 @@ def insert_only_ddl(table: str, dialect: str = "sqlite") -> tuple[str, ...]:
 
 # --- The version of a database: create, upgrade, and refuse what this version cannot read ---------
 
-_HEAD: Final = "0016"
+_HEAD: Final = "0017"
 _DEVELOPMENT: Final = frozenset(f"{number:04}" for number in range(1, int(_HEAD)))
 """Schemas from before the first release, which nothing upgrades."""
 _FOLDER: Final = Path(__file__).parent / "migrations"

@@ -31,7 +31,7 @@ from tests.store.conftest import Store
 from tests.store.raw import unguarded
 from tests.stored import stored
 
-HELD = {"sqlite": "0016 6e1ca4762189760a", "postgresql": "0016 d396adc74411750a"}
+HELD = {"sqlite": "0017 6f5a81a8bedf8f3a", "postgresql": "0017 a0d830d48622c71e"}
 """Version, and digest of all statements that make it."""
 
 NEXT: str = stored("plugins")["next_version"]
@@ -41,10 +41,10 @@ NEXT: str = stored("plugins")["next_version"]
 def next_version(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     folder = tmp_path / "migrations"
     shutil.copytree(Path(schema.__file__).parent / "migrations", folder)
-    (folder / "versions" / "0017_noticed.py").write_text(NEXT)
+    (folder / "versions" / "0018_noticed.py").write_text(NEXT)
     monkeypatch.setattr(schema, "_FOLDER", folder)
-    monkeypatch.setattr(schema, "_HEAD", "0017")
-    return "0017"
+    monkeypatch.setattr(schema, "_HEAD", "0018")
+    return "0018"
 
 
 def set_version(path: Path, version: str) -> None:

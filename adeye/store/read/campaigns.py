@@ -558,7 +558,8 @@ def worst_runs(
 ) -> tuple[tuple[records.RunRef, records.VerdictRecord], ...]:
     """Return the runs with the least margin for an FSR, failed ones first; see ``WORST_FIRST``.
 
-    Without a verdict those of ``MEASURED``: of a run that was not judged nothing is the worst.
+    Without a verdict those of ``MEASURED``: of a run that was not judged nothing is the worst, nor
+    of one that is withdrawn.
 
     Args:
         connection: In a transaction.
@@ -574,13 +575,17 @@ def worst_runs(
     # A run is among the worst n only if its tally is among the n whose worst is worst: each before
     # that one holds a run that is worse, or as bad and of a lesser digest.
     condition, values = _one_of_each(wanted)
-    tallies = connection.exec_driver_sql(
-        "SELECT w.from_ordinal, w.to_ordinal FROM work w JOIN tally ON tally.work_id = w.id "  # noqa: S608 - own names
-        f"WHERE tally.campaign_id = ? AND fsr_id = ?{condition} "
-        f"ORDER BY {WORST_FIRST}, w.from_ordinal LIMIT ?",
-        (campaign_id, fsr, *values, limit),
-    )
-    ranges = sorted({(first, end) for first, end in tallies})
+    ranges: set[tuple[int, int]] = set()
+    # Behind a worst run that is withdrawn anything may come.
+    for stands, most in (("", limit), ("NOT ", 2**31)):
+        tallies = connection.exec_driver_sql(
+            "SELECT w.from_ordinal, w.to_ordinal FROM work w JOIN tally ON tally.work_id = w.id "  # noqa: S608 - own names
+            f"WHERE tally.campaign_id = ? AND fsr_id = ?{condition} "
+            f"AND {stands}{standing('worst_result_digest')} "
+            f"ORDER BY {WORST_FIRST}, w.from_ordinal LIMIT ?",
+            (campaign_id, fsr, *values, most),
+        )
+        ranges |= {(first, end) for first, end in tallies}
     if not ranges:
         return ()
     within = " OR ".join(["c.ordinal >= ? AND c.ordinal < ?"] * len(ranges))
@@ -590,9 +595,10 @@ def worst_runs(
         "SELECT * FROM (SELECT c.campaign_id, c.ordinal, c.result_digest, c.test_case_digest, "  # noqa: S608 - own names
         "c.scenario, c.architecture, c.inside_odd, c.point, v.*, v.margin AS worst_margin, "
         f"c.result_digest AS worst_result_digest FROM {JUDGED_CASES} "
-        f"WHERE c.campaign_id = ? AND f.fsr_id = ? AND ({within}){condition}) AS judged "
+        f"WHERE c.campaign_id = ? AND f.fsr_id = ? AND ({within}){condition} "
+        f"AND {standing('c.result_digest')}) AS judged "
         f"ORDER BY {WORST_FIRST}, ordinal LIMIT ?",
-        (campaign_id, fsr, *(bound for pair in ranges for bound in pair), *values, limit),
+        (campaign_id, fsr, *(bound for pair in sorted(ranges) for bound in pair), *values, limit),
     ).all()
     return tuple((run_ref(item), records.verdict_record(item._mapping)) for item in found)
 

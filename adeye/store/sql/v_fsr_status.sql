@@ -1,3 +1,4 @@
+-- Where the worst run of a block is withdrawn, the next one is read from its verdicts.
 CREATE VIEW v_fsr_status AS
 WITH withdrawn AS (
     SELECT c.campaign_id, f.fsr_id, c.architecture, c.scenario, v.verdict, -1 AS runs,
@@ -17,12 +18,33 @@ counted AS (
         SELECT campaign_id, fsr_id, architecture, scenario, verdict, runs, exercised FROM tally
         UNION ALL SELECT * FROM withdrawn) told
     GROUP BY campaign_id, fsr_id, architecture, scenario),
+standing AS (
+    SELECT t.campaign_id, t.fsr_id, t.architecture, t.scenario, t.verdict, t.worst_margin,
+        t.worst_robustness, t.worst_unit, t.worst_result_digest
+    FROM tally t
+    WHERE t.verdict IN $measured AND NOT EXISTS (
+        SELECT 1 FROM withdrawal y WHERE y.result_digest = t.worst_result_digest)
+    UNION ALL
+    SELECT t.campaign_id, t.fsr_id, t.architecture, t.scenario, t.verdict, v.margin,
+        v.robustness_low, v.unit, c.result_digest
+    FROM tally t
+    CROSS JOIN work b ON b.id = t.work_id
+    CROSS JOIN campaign_case c ON c.campaign_id = b.campaign_id AND c.ordinal >= b.from_ordinal
+        AND c.ordinal < b.to_ordinal AND c.architecture = t.architecture
+        AND c.scenario = t.scenario
+    CROSS JOIN campaign_fsr f ON $judged AND f.fsr_id = t.fsr_id
+    CROSS JOIN run r ON r.result_digest = c.result_digest
+    CROSS JOIN verdict v ON v.run_number = r.number AND v.fsr_digest = f.fsr_digest
+        AND v.verdict = t.verdict
+    WHERE t.verdict IN $measured AND EXISTS (
+        SELECT 1 FROM withdrawal x WHERE x.result_digest = t.worst_result_digest)
+        AND NOT EXISTS (SELECT 1 FROM withdrawal y WHERE y.result_digest = c.result_digest)),
 worst AS (
     SELECT campaign_id, fsr_id, architecture, scenario, worst_margin, worst_robustness,
         worst_unit, worst_result_digest, ROW_NUMBER() OVER (
             PARTITION BY campaign_id, fsr_id, architecture, scenario
             ORDER BY $worst_first) AS place
-    FROM tally WHERE verdict IN $measured)
+    FROM standing)
 SELECT f.campaign_id AS campaign, f.fsr_id AS fsr, f.architecture, f.scenario, f.asil,
     f.mandatory, f.in_gate, f.applicable, f.reason, f.min_exercised, f.waived_until, f.planned,
     $filled,

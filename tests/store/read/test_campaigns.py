@@ -262,6 +262,32 @@ def test_worst_runs_are_found_whatever_the_blocks(store: Store, limit: int) -> N
             assert (one.result_digest, one.ordinal) < (two.result_digest, two.ordinal)
 
 
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_withdrawn_run_is_not_the_worst_nor_are_its_numbers(store: Store, seed: int) -> None:
+    draw = random.Random(seed)  # noqa: S311
+    kinds = [Verdict.FAIL, Verdict.PASS, Verdict.VACUOUS, Verdict.INCONCLUSIVE]
+    drawn, margins = draw.choices(kinds, k=24), draw.choices(range(1, 6), k=24)
+    store.example.verdict_of = lambda case, _: drawn[case.ordinal]
+    store.example.margin_of = lambda case: float(margins[case.ordinal])
+    campaign = store.campaign(24, block_size=6)
+    ranked = "SELECT run FROM v_verdicts WHERE fsr = 'FSR1' AND verdict <> 'NOT_RUN'"
+    ranked += " AND verdict <> 'VACUOUS'"
+    by = " ORDER BY verdict = 'FAIL' DESC, margin, run"
+    for _ in range(6):
+        left = [run for (run,) in store.rows(ranked + by)]
+        worst = store.repository.worst_runs(campaign, "FSR1", limit=3)
+        assert [ref.result_digest for ref, _ in worst] == left[:3]
+        told = "SELECT architecture, worst_run FROM v_gate WHERE fsr = 'FSR1'"
+        own = {
+            name: store.rows(f"{ranked} AND architecture = '{name}'{by} LIMIT 1")
+            for name in ("new", "legacy")
+        }
+        assert dict(store.rows(told)) == {
+            name: rows[0][0] if rows else None for name, rows in own.items()
+        }
+        store.repository.evidence.withdraw(left[0], author="me", reason="wrong map")
+
+
 def test_worst_runs_are_those_of_the_fsr_as_the_campaign_judges_it(store: Store) -> None:
     first = store.campaign(4)
     store.example.thresholds["FSR1"] = "3 m"
