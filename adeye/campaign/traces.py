@@ -14,6 +14,7 @@ import zipfile
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal
 
@@ -262,8 +263,7 @@ def kept_trace(
     """
     folders = roots.folders_of(repository.location.beside)
     for name, place, digest in repository.evidence.kept_places(result):
-        path = roots.find_kept(folders, name)
-        kept = None if path is None else read_kept(path.parent, name)
+        kept = _read_found(folders, name)
         if kept is not None:
             _require_places(kept, name, np.array([place]))
             trace = trace_of(kept, np.array([place]), [case], backend, variant)
@@ -301,11 +301,27 @@ def _require_recorded(
     is_altered = path is None or bool(_problem(path, name))
     for (result, recorded), digest in zip(results, trace.digests(), strict=True):
         if is_altered or digest != recorded:
-            raise IntegrityError(
-                f"the kept trace of run {result[:12]} in {name[:12]}{SUFFIX} is "
-                "not the one that was recorded. Restore the file from a copy; without it the "
-                "run is replayed, and 'adeye db verify' names it as missing."
-            )
+            raise _not_recorded(f"the kept trace of run {result[:12]} in {name[:12]}{SUFFIX}")
+
+
+def _read_found(folders: Sequence[Path], name: str) -> Kept | None:
+    """Read a file of traces; None if it is gone.
+
+    Raises:
+        IntegrityError: It is there, and no file of traces any more.
+    """
+    path = roots.find_kept(folders, name)
+    kept = None if path is None else read_kept(path.parent, name)
+    if kept is None and path is not None:
+        raise _not_recorded(f"the file of kept traces {name[:12]}{SUFFIX}")
+    return kept
+
+
+def _not_recorded(what: str) -> IntegrityError:
+    return IntegrityError(
+        f"{what} is not the one that was recorded. Restore the file from a copy; without it the "
+        "run is replayed, and 'adeye db verify' names it as missing."
+    )
 
 
 @dataclass(frozen=True)
@@ -361,11 +377,7 @@ def judge_kept(
 
 def _read_ahead(folders: Sequence[Path], names: Sequence[str]) -> Iterator[tuple[str, Kept | None]]:
     """Read files one after the other, the next one while one is judged."""
-
-    def read(name: str) -> Kept | None:
-        path = roots.find_kept(folders, name)
-        return None if path is None else read_kept(path.parent, name)
-
+    read = partial(_read_found, folders)
     with ThreadPoolExecutor(1) as reader:
         ahead = [reader.submit(read, name) for name in names[:1]]
         for place, name in enumerate(names):

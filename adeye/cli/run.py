@@ -694,7 +694,7 @@ def _text(summary: CampaignSummary, odd: Path, db: str | None) -> str:
     lines = []
     if summary.judged or summary.replayed:
         lines.append(rejudged_text(summary))
-    elif not summary.to_replay:
+    elif not summary.to_replay and not summary.to_execute:
         lines.append(f"All {summary.reused:,} results were judged already; 0 executed.")
     name = f"{shlex.quote(str(odd))}{option(db)}"
     if summary.to_replay:

@@ -156,11 +156,16 @@ def both_above(made: Project, distance: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("what", ["ego", "meta"])
+@pytest.mark.parametrize("what", ["ego", "meta", "bit"])
 def test_trace_that_was_altered_is_not_judged(made: Project, tmp_path: Path, what: str) -> None:
     db = tmp_path / "a.db"
     run_campaign(made.plan(), db=db, traces="all")
     for path in folder_of(db).iterdir():
+        if what == "bit":
+            content = bytearray(path.read_bytes())
+            content[len(content) // 2] ^= 1
+            path.write_bytes(content)
+            continue
         with np.load(path) as kept:
             arrays = {name: kept[name] for name in kept.files}
         if what == "ego":
@@ -170,7 +175,7 @@ def test_trace_that_was_altered_is_not_judged(made: Project, tmp_path: Path, wha
             meta["monitors"] = [f"no_{name}" for name in meta["monitors"]]
             arrays[what] = np.frombuffer(json.dumps(meta).encode(), dtype=np.uint8)
         np.savez(path, **arrays)
-    both_above(made, "8 m" if what == "ego" else "7 m")
+    both_above(made, {"ego": "8 m", "meta": "7 m", "bit": "6 m"}[what])
     with pytest.raises(IntegrityError, match="is not the one that was recorded"):
         judge_campaign(made.plan(), db=db)
     # Without the files the runs are replayed instead.

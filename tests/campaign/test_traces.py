@@ -140,13 +140,19 @@ def test_recorded_signals_are_those_of_the_kept_file_and_of_an_execution(
         np.testing.assert_array_equal(known(one.status)[:, :rows], known(other.status)[:, :rows])
 
 
-def test_altered_file_gives_no_signals(repository: Repository) -> None:
+@pytest.mark.parametrize("is_readable", [True, False])
+def test_altered_file_gives_no_signals(repository: Repository, *, is_readable: bool) -> None:
     ((name, ((result, _), *_)), *_) = repository.evidence.kept_files().items()
     path = folder_of(repository.location.beside) / f"{name}{SUFFIX}"
-    with np.load(path) as stored:
-        arrays = dict(stored)
-    arrays["ego"] = arrays["ego"] + 1.0
-    np.savez(path, **arrays)
+    if is_readable:
+        with np.load(path) as stored:
+            arrays = dict(stored)
+        arrays["ego"] = arrays["ego"] + 1.0
+        np.savez(path, **arrays)
+    else:
+        content = bytearray(path.read_bytes())
+        content[len(content) // 2] ^= 1
+        path.write_bytes(content)
     refused(IntegrityError, recorded, repository, repository.find_run(result), says="was recorded")
 
 

@@ -368,6 +368,10 @@ def test_judging_that_waits_for_a_replay_says_nothing_but_that() -> None:
         "Re-judged 11 of 12 results; 0 executed again for it.",
         "1 run needs a replay: adeye judge a.yaml --replay",
     ]
+    lacking = replace(SUMMARY, judged=0, to_execute=3)
+    assert cli_run._text(lacking, Path("a.yaml"), None) == (
+        "3 test cases have no result: adeye run a.yaml"
+    )
 
 
 def test_document_tells_what_was_chosen_and_what_remains() -> None:

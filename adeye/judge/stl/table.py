@@ -300,7 +300,8 @@ def table_of(columns: Mapping[str, Any] | Any, name: str = "the table") -> Table
         InputError: A column occurs twice, columns have unequal lengths or more than one dimension,
             or a whole number is too large for any computation.
     """
-    if not hasattr(columns, "keys"):
+    # A series of pandas has keys, too, but they are no columns.
+    if not hasattr(columns, "keys") or hasattr(columns, "dtype"):
         raise InputError(
             f"{shown(columns)} is no table", remedy="Give a file, a data frame, or columns by name."
         )

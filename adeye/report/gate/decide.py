@@ -320,7 +320,8 @@ class GateResult:
 _RUN: Final = "Run it again, it goes on"
 _GOES_ON: Final = {
     "running": "Wait for it",
-    UNJUDGED: "The others have results without verdicts; 'adeye judge' judges these",
+    UNJUDGED: "The others have results without verdicts; 'adeye judge' judges these, "
+    "or says what it takes",
 }
 """What is to be done about a campaign in a state; else it is run again."""
 

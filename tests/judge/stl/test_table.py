@@ -84,6 +84,8 @@ def test_a_data_frame_is_a_table() -> None:
     assert signals.series("mode").labels == ("bad", "ok")
     assert signals.series("on").values.tolist() == [[1.0] * 4]
     refused(InputError, table_of, {"t": [1, 2], "gap": [1]}, says="unequal lengths")
+    series = pd.Series([10.0, 9.91], index=[0.0, 0.1])
+    refused(InputError, table_of, series, says="is no table")
     for twice in ({"t": EVEN, 1: EVEN, "1": EVEN}, pd.concat([frame, frame], axis=1)):
         refused(InputError, table_of, twice, says="occurs twice")
 
