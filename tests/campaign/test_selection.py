@@ -309,7 +309,10 @@ def test_tags_of_scenario_and_architecture_are_words_too() -> None:
 
 
 def test_what_is_no_choice_is_refused() -> None:
-    deep = MAX_DEPTH + 2
+    deep = MAX_DEPTH + 1
+    assert Keyword.parse("not " * MAX_DEPTH + "a")
+    assert Keyword.parse("(" * MAX_DEPTH + "a" + ")" * MAX_DEPTH)
+    assert Keyword.parse("a" * MAX_LENGTH)
     for text, why in (
         ("", "lacks a word"),
         ("and", "lacks a word"),

@@ -57,6 +57,11 @@ def test_fault_in_the_tail_is_not_detected_in_time(hand_made: Any, row: int, exp
     assert classify_injection(found, None) == expected
 
 
+def test_fault_of_the_first_row_is_present_from_there(hand_made: Any) -> None:
+    made = hand_made().set("fault_active", value=True, rows=slice(0, 1), at=0)
+    assert read(made, hand_made()).fault_s == 0.0
+
+
 def test_fault_that_changes_no_bit_is_not_activated(hand_made: Any) -> None:
     found = read(faulty(hand_made), hand_made())
     assert found.fault_s == pytest.approx(0.5)

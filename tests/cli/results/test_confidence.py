@@ -28,6 +28,7 @@ def test_bounds_and_refusals_are_printed(adeye: Any, of_suites: Any) -> None:
 
 
 def test_json_is_one_document(adeye: Any, of_suites: Any) -> None:
+    assert adeye("confidence", *of_suites, "--json", "--level", "0.5").document["level"] == 0.5
     ended = adeye("confidence", *of_suites, "--json", "--level", "0.9")
     found = json.loads(ended.out)
     assert found["level"] == 0.9
@@ -37,6 +38,8 @@ def test_json_is_one_document(adeye: Any, of_suites: Any) -> None:
 def test_what_is_wrong_is_refused(adeye: Any, of_suites: Any) -> None:
     for options, said in (
         (("--level", "95"), "level is 95"),
+        (("--level", "0.499"), "level is 0.499"),
+        (("--level", "1"), "level is 1"),
         (("--method", "wald"), "there is no method 'wald'"),
         (("nowhere",), "nowhere"),
     ):
