@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from pydantic import BaseModel, ValidationError
 
-from adeye.errors import PluginError, SourceLocation, SpecError, suggest
+from adeye.errors import PlatformError, PluginError, SourceLocation, SpecError, suggest
 from adeye.identity import file_digest
 from adeye.outputs import reads
 from adeye.plugin_code import (
@@ -143,7 +143,13 @@ def load_part(
 
     Raises:
         SpecError: There is no such file, module or class, or its code cannot be executed.
+        PlatformError: Python leaves its asserts out, with which it may say that it failed.
     """
+    if sys.flags.optimize:
+        raise PlatformError(
+            f"{name} would be executed without its asserts, and no result would tell. "
+            "Unset PYTHONOPTIMIZE, or use no -O."
+        )
     ignore_kept_code()
     source, _, attribute = name.rpartition(":")
     if not source or not attribute.isidentifier():

@@ -214,6 +214,22 @@ def test_python_without_docstrings_is_an_environment_error(tmp_path: Path) -> No
     assert (said[1].count("\n"), "Unset PYTHONOPTIMIZE" in said[1]) == (1, True)
 
 
+def test_no_part_is_executed_without_its_asserts(tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text("class Mine:\n    pass\n")
+    asked = (
+        "from pathlib import Path\nfrom adeye.errors import PlatformError\n"
+        "from adeye.plugins import load_part\n"
+        "try:\n    load_part('./mine.py:Mine', Path())\n"
+        "except PlatformError as error:\n    print(error)\n"
+    )
+    for options, said in (((), ""), (("-O",), "./mine.py:Mine would be executed without")):
+        done = subprocess.run(
+            [sys.executable, *options, "-c", asked],
+            cwd=tmp_path, env={"PYTHONPATH": str(ROOT)}, capture_output=True, text=True, check=True,
+        )  # fmt: skip
+        assert (done.stdout != "", said in done.stdout) == (bool(said), True)
+
+
 @pytest.mark.slow
 def test_shell_completion_offers(tmp_path: Path) -> None:
     for line, offered in (

@@ -180,6 +180,10 @@ DEFECTS = (
     defect("hazard_without_goal", "HE3", copied("hazardous_event", "HE1", "HE3")),
     defect("goal_asil", "SG2", edited("safety_goal", "SG2", asil="A")),
     defect("goal_without_fsr", "SG3", copied("safety_goal", "SG2", "SG3")),
+    # No gate asks for what is optional.
+    defect(
+        "goal_without_fsr", "SG1", sql("UPDATE fsr SET mandatory = 0 WHERE content LIKE '%SG1%'")
+    ),
     defect("asil_lost", "FSR3", edited("fsr", "FSR3", asil="B")),
     defect("fsr_without_allocation", "FSR1", sql("DELETE FROM allocation WHERE fsr_id = 'FSR1'")),
     defect("fsr_without_measure", "FSR1", edited("fsr", "FSR1", measure="")),
