@@ -25,7 +25,7 @@ from adeye.spec.architecture import Architecture
 from adeye.spec.load import load_architecture, load_scenario
 from adeye.spec.scenario import LogicalScenario
 from adeye.sweep.axes import default_values
-from adeye.sweep.case import lone_case
+from adeye.sweep.case import TestCase, lone_case
 from adeye.sweep.values import quantity_or_text
 from adeye.units import shown
 
@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from adeye.simulate.traffic import Traffic
-    from adeye.sweep.case import TestCase
 
 ENV_ID: Final = "adeye/Traffic-v0"
 
@@ -121,7 +120,10 @@ class TrafficVectorEnv(VectorEnv[Observation, Floats, Any]):
 
         Raises:
             InputError: A file or a value in it cannot be used.
+            UsageError: There is no run.
         """
+        if num_envs < 1:
+            raise UsageError(f"num_envs is {num_envs}", remedy="Give at least 1 run.")
         self.num_envs = num_envs
         # Where the FMUs of a vehicle and of actors are looked for.
         self._folder = self._scenario_folder = Path()
@@ -306,6 +308,10 @@ class TrafficVectorEnv(VectorEnv[Observation, Floats, Any]):
                 remedy="Give one test case per run.",
             )
         for case in cases:
+            if not isinstance(case, TestCase):
+                raise UsageError(
+                    f"{shown(case)} is no test case", remedy="Give those of a plan: plan.cases."
+                )
             if _observation_space(case.scenario) != self.single_observation_space:
                 raise UsageError(
                     f"scenario {case.scenario.scenario!r} has other objects or events than "
