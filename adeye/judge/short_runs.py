@@ -20,7 +20,7 @@ from adeye.judge.stl.formula import TRUTH_LABELS, Formula
 from adeye.judge.stl.series import Series
 from adeye.signals import Bools, Ints
 
-_MOST_CELLS: Final = 18
+_MOST_CELLS: Final = 16
 """Rows times parts of which every choice of truth values is judged."""
 
 
