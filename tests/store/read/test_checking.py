@@ -232,6 +232,7 @@ DEFECTS = (
     defect("fsr_without_scenario", "FSR1",
            sql("UPDATE campaign_fsr SET planned = 0 WHERE fsr_id = 'FSR1'")),
     defect("hazard_without_scenario", "HE2", content("hazardous_event", "HE2", scenarios=["fog"])),
+    defect("hazard_without_scenario", "HE1 HE2", sql("UPDATE campaign_fsr SET mandatory = 0")),
     defect("orphan_scenario", "fog",
            sql("""UPDATE campaign SET factors = '[{"scenario":"cut_in"},{"scenario":"fog"}]'""")),
     defect("not_applicable_in_gate", "FSR1",
