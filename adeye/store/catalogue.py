@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any, Final
 
 from sqlalchemy import Boolean, Column, Connection, Float, Integer, Table, exists, select
@@ -137,18 +137,67 @@ def note_views(connection: Connection) -> None:
             _note_view(connection, name, told)
 
 
+def reword_views(connection: Connection, made: Mapping[str, str]) -> None:
+    """Make views of a server anew that were put back from a copy, which words them otherwise.
+
+    What was replaced by something else is left for the verification to find.
+
+    Args:
+        connection: In a transaction, of the owner.
+        made: Statement that made each view, by name.
+    """
+    there = views(connection) if is_server(connection) else {}
+    for name, statement in made.items():
+        if name not in there:
+            continue
+        _, kept = _as_kept(connection, name)
+        # Also what has the same words may be another thing to the server.
+        if kept in list(_as_restored(connection, _query_of(statement))):
+            connection.exec_driver_sql(
+                statement.replace("CREATE VIEW", "CREATE OR REPLACE VIEW", 1)
+            )
+            _note_view(connection, name, mark(connection, statement))
+
+
 def _note_view(connection: Connection, name: str, told: str) -> None:
-    note = f"{told} {_as_kept(connection, name)}"
+    release, kept = _as_kept(connection, name)
+    hashes = [_hash(text) for text in (kept, *_as_restored(connection, kept))]
+    note = f"{told} {release}:{','.join(hashes)}"
     connection.exec_driver_sql(f"COMMENT ON VIEW {name} IS '{note}'")
 
 
-def _as_kept(connection: Connection, view: str) -> str:
-    """Hash a view as the server keeps it, after the release whose words these are."""
+def _hash(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _as_kept(connection: Connection, view: str) -> tuple[str, str]:
+    """Return a view as the server keeps it, after the release whose words these are."""
     release, text = connection.exec_driver_sql(
         "SELECT current_setting('server_version_num')::int / 10000, "
         f"pg_get_viewdef('{SCHEMA}.{view}'::regclass)"
     ).one()
-    return f"{release}:{hashlib.sha256(text.encode()).hexdigest()}"
+    return str(release), str(text)
+
+
+def _as_restored(connection: Connection, query: str) -> Iterator[str]:
+    """Word a query as the server keeps it once it is put back from a copy, twice, and so on.
+
+    What the server keeps says more than it was told, and again more when it is told that. None are
+    given to a user who may make no view.
+    """
+    known = {query}
+    with suppress(DBAPIError):
+        while True:
+            with connection.begin_nested() as passing:
+                connection.exec_driver_sql(f"CREATE TEMP VIEW worded AS {query}")
+                query = connection.exec_driver_sql(
+                    "SELECT pg_get_viewdef('pg_temp.worded'::regclass)"
+                ).scalar_one()
+                passing.rollback()
+            if query in known:
+                return
+            known.add(query)
+            yield query
 
 
 def altered(connection: Connection, expected: Mapping[str, str]) -> Iterator[tuple[str, str]]:
@@ -216,25 +265,15 @@ def _server_definitions(connection: Connection, given: Mapping[str, str]) -> dic
 def _as_made_now(connection: Connection, made: Mapping[str, str]) -> Iterator[tuple[str, bool]]:
     """Tell of the views that are there whether each is what its statement makes just now."""
     there = views(connection)
-    # A view is kept as the server has understood it.
-    passing = connection.begin_nested()
-    for name in made:
-        if name not in there:
-            continue
-        try:
-            with connection.begin_nested():
-                connection.exec_driver_sql(
-                    made[name].replace(f"VIEW {name}", f"TEMP VIEW made_{name}", 1)
-                )
-                same = connection.exec_driver_sql(
-                    f"SELECT pg_get_viewdef('made_{name}'::regclass) "
-                    f"= pg_get_viewdef('{SCHEMA}.{name}'::regclass)"
-                ).scalar_one()
-        except DBAPIError:
-            # It names something that is gone.
-            same = False
-        yield name, same
-    passing.rollback()
+    for name, statement in made.items():
+        if name in there:
+            _, kept = _as_kept(connection, name)
+            yield name, kept in _as_restored(connection, _query_of(statement))
+
+
+def _query_of(statement: str) -> str:
+    """Return what follows CREATE VIEW name AS."""
+    return statement.split(maxsplit=4)[4]
 
 
 _NARROW: Final = (
@@ -264,12 +303,11 @@ def _as_noted(connection: Connection, made: Mapping[str, str]) -> Iterator[tuple
         if name not in notes:
             continue
         statement_hash, _, noted = notes[name].partition(" ")
-        kept = _as_kept(connection, name)
+        release, kept = _as_kept(connection, name)
+        own, _, hashes = noted.partition(":")
         # Another release of the server may word the same view differently.
-        is_of_another = noted.partition(":")[0] not in {"", kept.partition(":")[0]}
-        is_noted = statement_hash == mark(connection, statement) and (
-            noted == kept or is_of_another
-        )
+        is_worded_so = own not in {"", release} or _hash(kept) in hashes.split(",")
+        is_noted = statement_hash == mark(connection, statement) and is_worded_so
         yield name, is_noted and _is_planned_alike(connection, name, statement)
     passing.rollback()
 
@@ -280,8 +318,7 @@ def _is_planned_alike(connection: Connection, view: str, statement: str) -> bool
         "SELECT string_agg(quote_ident(attname), ', ' ORDER BY attname) FROM pg_attribute "  # noqa: S608 - own names
         f"WHERE attrelid = '{SCHEMA}.{view}'::regclass AND attnum > 0"
     ).scalar_one()
-    # What follows CREATE VIEW name AS.
-    query = statement.split(maxsplit=4)[4]
+    query = _query_of(statement)
     try:
         with connection.begin_nested():
             plans = [

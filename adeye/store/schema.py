@@ -81,6 +81,9 @@ def current(place: Place = None) -> str | None:
 def upgrade(place: Place = None) -> str:
     """Create a database or bring it to the newest version, wholly or not at all.
 
+    Views of a server that were put back from a copy get their words again, which users who may only
+    read compare them by.
+
     Returns:
         The version that it has now.
 
@@ -88,10 +91,14 @@ def upgrade(place: Place = None) -> str:
         InputError: The location is not supported.
         PlatformError: The file cannot be written, is not ours, or is newer than this release.
     """
+    from adeye.store.views import scenario_views, view_ddl
+
     location = locate(place)
     create_parent(location)
     with closing(Database(location)) as database:
         upgrade_database(database)
+        with database.write() as connection:
+            catalog.reword_views(connection, {**view_ddl(), **scenario_views(connection)})
     return _HEAD
 
 

@@ -8,7 +8,7 @@ WITH RECURSIVE edge(concept, source, kind, name) AS (
     LEFT JOIN element e ON e.concept_digest = r.concept_digest AND e.id = r.name
     WHERE r.kind IN ('resource', 'software', 'supplier')
     UNION ALL
-    SELECT r.concept_digest, r.element_id, 'element', p.element_id
+    SELECT r.concept_digest, r.element_id, 'element' AS kind, p.element_id
     FROM element_relation r
     JOIN element_relation p ON p.concept_digest = r.concept_digest AND p.kind = 'provides'
         AND p.name = r.name

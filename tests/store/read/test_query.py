@@ -30,6 +30,7 @@ from adeye.store.read.query import (
 )
 from adeye.store.read.saved import SAVED
 from adeye.store.repository import Repository
+from adeye.store.schema import upgrade
 from adeye.store.tables import metadata
 from adeye.store.views import view_ddl
 from tests import hostile_sql
@@ -368,6 +369,31 @@ def test_reader_who_may_make_nothing_verifies_views_too(
         finally:
             replace(query, note)
     assert (finding.row, finding.problem) == ("v_goal_events", "is not as this release makes it")
+
+
+def test_view_that_was_put_back_from_a_copy_is_the_same(owned: str, alice: str) -> None:
+    with psycopg.connect(owned, autocommit=True) as connection:
+        connection.execute("SET search_path TO adeye")
+        made = connection.execute(
+            "SELECT relname FROM pg_class WHERE relkind = 'v' "
+            "AND relnamespace = 'adeye'::regnamespace ORDER BY oid"
+        ).fetchall()
+        # A copy has the words that the server keeps; it words them anew when it is put back.
+        worded = "SELECT pg_get_viewdef(to_regclass(%s))"
+        anew = 0
+        for _ in range(2):
+            for (name,) in made:
+                (before,) = known(connection.execute(worded, (name,)).fetchone())
+                connection.execute(f"CREATE OR REPLACE VIEW {name} AS {before}".encode())
+                (after,) = known(connection.execute(worded, (name,)).fetchone())
+                anew += after != before
+    assert anew > 0
+    with Repository.open(owned, create=False) as repository:
+        assert repository.verify() == ()
+    # Whoever may make no view compares words that the owner restores.
+    upgrade(owned)
+    with Repository.open(alice, create=False) as repository:
+        assert repository.verify() == ()
 
 
 def test_nobody_is_granted_anything_whom_the_server_does_not_have(owned: str) -> None:
