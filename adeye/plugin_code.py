@@ -358,6 +358,11 @@ def _imported(path: Path) -> frozenset[str] | None:
     return names if is_all else None
 
 
+def states_imports(path: Path) -> bool:
+    """Tell whether statements of a source tell all that it imports."""
+    return _imported(path) is not None
+
+
 def _stated(path: Path) -> tuple[frozenset[str], bool]:
     """Return what statements of a source import, see ``_names_in``."""
     try:

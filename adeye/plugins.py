@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import inspect
+import os
 import sys
 import traceback
 from collections.abc import Callable
@@ -37,6 +38,7 @@ from adeye.plugin_code import (
     require_told_apart,
     require_unkept,
     require_unwritten,
+    states_imports,
     wall_time,
     with_imports,
 )
@@ -44,6 +46,10 @@ from adeye.supervision import (
     guest,
     identified,
     is_asked,
+    is_installed,
+    is_own,
+    packed_in,
+    refusal_of,
     require_identified,
     said,
     sealed,
@@ -373,9 +379,11 @@ def _from_file(
     require_told_apart(name, code)
     known = _CACHE.get((str(path), attribute, digest))
     if known is None:
-        module = _execute(name, path, content, digest, entering(name, places_of(code)))
-        # By now it may have said where more of its code is found.
-        digest = code_digest(code := with_imports(files), is_file=True)
+        with _apart(path, places_of(code)) as imported:
+            module = _execute(name, path, content, digest, entering(name, places_of(code)))
+            # By now it may have said where more of its code is found.
+            digest = code_digest(code := with_imports(files), is_file=True)
+            _require_own(name, imported(), places_of(code))
         try:
             require_unwritten(name, code, since)
         except SpecError:
@@ -389,12 +397,65 @@ def _from_file(
     return known, code
 
 
-def _require_identified(name: str, before: Collection[str], code: Sequence[File]) -> None:
-    """Refuse what was imported while a part was loaded and is not in its identity."""
-    identified(places_of(code))
-    new = (key for key in list(sys.modules) if key not in before and not key.startswith(_LABEL))
+@contextmanager
+def _apart(path: Path, places: Collection[str]) -> Iterator[Callable[[], list[str]]]:
+    """Execute a source that imports by name as if no other part had imported anything.
+
+    What another one has imported would be there already, and nobody would see that it is used.
+
+    Yields:
+        Lists what has been imported since; nothing of a source whose statements tell all.
+    """
+    if states_imports(path):
+        yield list
+        return
+    others = {
+        key: module
+        for key, module in list(sys.modules.items())
+        if key != "__main__" and not key.startswith(_LABEL) and _is_of_others(module, places)
+    }
+    for key in others:
+        del sys.modules[key]
+    before = frozenset(sys.modules)
     try:
-        require_identified(name, new)
+        yield lambda: _new_since(before)
+    finally:
+        sys.modules.update(others)
+
+
+def _new_since(before: Collection[str]) -> list[str]:
+    return [key for key in list(sys.modules) if key not in before and not key.startswith(_LABEL)]
+
+
+def _is_of_others(module: ModuleType, places: Collection[str]) -> bool:
+    """Tell whether a module is of the user, and none that identifies a part."""
+    file = getattr(module, "__file__", None)
+    if file is None or is_own(file) or is_installed(Path(file)):
+        return False
+    return os.path.realpath(packed_in(Path(file))) not in places
+
+
+_CODES: Final[dict[str, set[str]]] = {}
+"""Digests of the code that was loaded in this process, by the name of the part."""
+_BLAMED: Final[dict[str, frozenset[str]]] = {}
+"""Those that were loaded before the part was refused; one that was mended is not among them."""
+
+
+def _require_identified(name: str, before: Collection[str], code: Sequence[File]) -> None:
+    """Refuse what a part imported that is not in its identity, now or when it was executed."""
+    digest, known = files_digest(code), _CODES.setdefault(name, set())
+    if (told := refusal_of(name)) is not None and name not in _BLAMED:
+        _BLAMED[name] = frozenset(known)
+    known.add(digest)
+    if told is not None and digest in _BLAMED[name]:
+        raise SpecError(told, remedy="Results hang on its code.")
+    identified(places_of(code))
+    _require_own(name, _new_since(before))
+
+
+def _require_own(name: str, new: Iterable[str], *places: Collection[str]) -> None:
+    try:
+        require_identified(name, new, *places)
     except PluginError as error:
         raise SpecError(str(error), remedy="Results hang on its code.") from error
 

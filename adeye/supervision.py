@@ -20,7 +20,7 @@ import sysconfig
 import threading
 import time
 import traceback
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import cache, wraps
@@ -397,6 +397,8 @@ def _ended(status: int, memory: mmap.mmap) -> Ended:
 
 _identified: Final[set[str]] = set()
 """Places of all files that identify a part which was loaded in this process."""
+_refused: Final[dict[str, str]] = {}
+"""Parts that imported in this process what is in no identity, and what that is."""
 FILES: Final = "adeye_files"
 """What a source calls the list of the files that it reads."""
 _INSTALLED: Final = {"site-packages", "dist-packages"}
@@ -565,14 +567,23 @@ def identified(places: Iterable[str]) -> None:
     _identified.update(places)
 
 
-def require_identified(name: str, modules: Iterable[str]) -> None:
+def refusal_of(name: str) -> str | None:
+    """Return what a part was refused for in this process, see ``require_identified``."""
+    return _refused.get(name)
+
+
+def require_identified(
+    name: str, modules: Iterable[str], places: Collection[str] = _identified
+) -> None:
     """Refuse modules of the user's that a part imported and that identify none.
 
-    What imports by name, as a pickle does, is told by no statement.
+    What imports by name, as a pickle does, is told by no statement. Once it is imported it is there
+    and imported no more, so that the refusal is kept.
 
     Args:
         name: The part, as the user wrote it.
         modules: Names of what was imported while it worked.
+        places: Of the files that identify it; those of all parts of this process.
 
     Raises:
         PluginError: One is in no identity: results would be reused after an edit of it.
@@ -580,12 +591,18 @@ def require_identified(name: str, modules: Iterable[str]) -> None:
     for module in tuple(modules):
         file = getattr(sys.modules.get(module), "__file__", None)
         place = "" if file is None else os.path.realpath(packed_in(Path(file)))
-        if not place or place in _identified or place.startswith(_OWN) or is_installed(Path(place)):
+        if not place or place in places or place.startswith(_OWN) or is_installed(Path(place)):
             continue
-        raise PluginError(
+        _refused[name] = (
             f"{name} imports {module}, which is in no identity: import it in its source, by a "
             f"statement such as import {module.partition('.')[0]}"
         )
+        raise PluginError(_refused[name])
+
+
+def is_own(file: str) -> bool:
+    """Tell whether a file is adeye's."""
+    return os.path.realpath(file).startswith(_OWN)
 
 
 def packed_in(path: Path) -> Path:

@@ -603,11 +603,23 @@ def test_module_that_no_statement_imports_is_refused_with_what_to_do(
         f"        self.net = {by_pickle.format('late')}\n"
     )
     refused(PluginError, load_part("./late.py:Mine", folder).build, says="imports net_late")
+    # By now it is there, so that nothing would be seen to come.
+    refused(SpecError, load_part, "./late.py:Mine", folder, says="imports net_late")
+    (folder / "late.py").write_text("class Mine:\n    pass\n")
+    load_part("./late.py:Mine", folder).build()
     (folder / "stated.py").write_text(
         "import pickle\nclass Mine:\n    def __init__(self):\n        import net_stated\n"
         f"        self.net = {by_pickle.format('stated')}\n"
     )
     load_part("./stated.py:Mine", folder).build()
+    # Nor does it help that another part has imported it, in whose identity it is.
+    (folder / "named.py").write_text(
+        "from importlib import import_module\nNET = import_module('net_stated')\n"
+        "class Mine:\n    pass\n"
+    )
+    here = sys.modules["net_stated"]
+    refused(SpecError, load_part, "./named.py:Mine", folder, says="imports net_stated")
+    assert sys.modules["net_stated"] is here
 
 
 def test_what_a_package_was_executed_with_is_held_for_good(package: Path) -> None:

@@ -44,6 +44,7 @@ from adeye.store.block import (
     VerdictBlock,
 )
 from adeye.store.encoding import Dictionary, Texts
+from adeye.store.records import RAISED
 from adeye.store.tables import METRIC_IDS
 from adeye.supervision import is_asked
 
@@ -277,7 +278,7 @@ def execute(task: BatchTask) -> BatchResult:
         with debugger.executing():
             done = _execute(task)
     except PluginError as error:
-        return BatchResult(failure=str(error))
+        return BatchResult(failure=f"{RAISED}{error}")
     except BaseException as error:
         if isinstance(error, AdeyeError) or is_asked(error):
             raise

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 # --- What enters the database, as frozen dataclasses without SQL ----------------------------------
 
 MAX_SEED: Final = 2**63 - 1
+RAISED: Final = "PluginError: "
+"""How the detail of a block begins in which code from outside raised where no run records it."""
 LEFT_OUT: Final = "left_out"
 """Key of an ODD as it is stored: places of maps that no test case has, by scenario."""
 

@@ -673,6 +673,26 @@ def failed_among(
     return frozenset(found.scalars())
 
 
+def tried_again(connection: Connection, campaign_id: str) -> dict[str, int]:
+    """Count the results of a campaign that came out only when their block was tried again.
+
+    Also if another campaign executed them.
+
+    Returns:
+        How many, by what the block failed with the last time.
+    """
+    found = connection.exec_driver_sql(
+        "SELECT w.detail, COUNT(DISTINCT c.result_digest) FROM work w "
+        "JOIN campaign_case c ON c.campaign_id = w.campaign_id "
+        "AND c.ordinal >= w.from_ordinal AND c.ordinal < w.to_ordinal "
+        "WHERE w.detail IS NOT NULL AND w.state = 'done' AND EXISTS (SELECT 1 FROM campaign_case o "
+        "WHERE o.campaign_id = ? AND o.result_digest = c.result_digest) "
+        "GROUP BY w.detail ORDER BY w.detail",
+        (campaign_id,),
+    )
+    return {str(detail): int(count) for detail, count in found}
+
+
 def failed_channels(
     connection: Connection, campaign_id: str, about: Sequence[tuple[str, str]] = ()
 ) -> tuple[tuple[str, str, str, bool, int], ...]:

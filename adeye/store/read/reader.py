@@ -96,6 +96,7 @@ class Reader(Door):
     worst_runs = reading(stored.worst_runs)
     worst_run = reading(stored.worst_run)
     contested = reading(stored.contested)
+    tried_again = reading(stored.tried_again)
     uncertified = reading(stored.uncertified)
 
     def info(self) -> DatabaseInfo:

@@ -26,7 +26,7 @@ from adeye.judge.verdict import (
     gate_exit,
 )
 from adeye.store.evidence.vouched import Withdrawal
-from adeye.store.records import LEFT_OUT, of_fields
+from adeye.store.records import LEFT_OUT, RAISED, of_fields
 from adeye.store.repository import Repository
 
 if TYPE_CHECKING:
@@ -44,7 +44,8 @@ if TYPE_CHECKING:
 
 EDITION: Final = "r157-01"
 """Edition of the models that a gate names."""
-_REMEDY: Final = "mend the channel, or allow it: `gate: {channel_failures: allow}`"
+_ALLOW: Final = "`gate: {channel_failures: allow}`"
+_REMEDY: Final = f"mend the channel, or allow it: {_ALLOW}"
 _TIME: Final = re.compile(r"^at \S+ s: ")
 """When it happened in the run differs from run to run."""
 
@@ -533,7 +534,9 @@ def gate_code(
     code = gate_exit(verdicts, planned=planned, accounted=accounted)
     reasons += [*lost, *_unasked(verdicts)]
     failures = channel_failures(repository, campaign)
-    if any(item.refused for item in failures):
+    raised, again = _tried_again(repository, campaign)
+    reasons += raised
+    if raised or any(item.refused for item in failures):
         code = exit_code([code, ExitCode.INCOMPLETE])
     told = sorted(failures, key=lambda item: not item.refused)
     if code is not ExitCode.OK:
@@ -545,7 +548,7 @@ def gate_code(
 
         beside += [f"fault {name} {reason}" for name, reason in idle_faults((), injected)]
     beside += _empty_events(repository, campaign)
-    beside += _other_traffic(campaign)
+    beside += [*again, *_other_traffic(campaign)]
     beside += _left_out(repository.content("odd", campaign.odd_digest).get(LEFT_OUT, {}))
     if _of_odd(repository, campaign, "uncertainty"):
         beside += _changed_by_step(repository, campaign)
@@ -593,6 +596,24 @@ def _changed_by_step(repository: Repository, campaign: CampaignInfo) -> list[str
             count = f"{found.pairs:,} of {amount(found.sampled, 'margin')}"
             told[f"{whose}: {count} of {item.scenario} do not tell what the step is worth"] = None
     return list(told)
+
+
+def _tried_again(repository: Repository, campaign: CampaignInfo) -> tuple[list[str], list[str]]:
+    """Say which results came out only when they were tried again.
+
+    Returns:
+        Those that are refused, before which code from outside raised something, and the others.
+    """
+    refused, others = list[str](), list[str]()
+    allows = channel_policy(repository, campaign) == "allow"
+    for detail, count in repository.tried_again(campaign.id).items():
+        why = detail.removeprefix(RAISED).partition("\n")[0].rstrip(".")
+        text = f"{amount(count, 'result')} came out only when their block was tried again: {why}"
+        if allows or not detail.startswith(RAISED):
+            others.append(text)
+        else:
+            refused.append(f"{text} (mend the part, or allow it: {_ALLOW})")
+    return refused, others
 
 
 def _other_traffic(campaign: CampaignInfo) -> Iterator[str]:

@@ -326,7 +326,8 @@ def complete_block(
         IntegrityError: A result or verdict contradicts one that exists.
         ValueError: Something that the block needs is missing, or a result is not of the block.
     """
-    if not _change(connection, block, state="done", detail=None, **_FREE):
+    # What it failed with before stays told.
+    if not _change(connection, block, state="done", **_FREE):
         return False
     expected = {case.result_digest for case in block.cases}
     foreign = {digest for part in (runs, judged) if part for digest in part.result_digests}

@@ -262,6 +262,37 @@ def test_sample_with_a_withdrawn_twin_tells_no_uncertainty(store: Store) -> None
     assert store.repository.evidence.withdrawals(other) == ()
 
 
+def test_result_of_a_second_try_is_said_and_refused_if_code_from_outside_raised(
+    store: Store,
+) -> None:
+    plan = store.plan(4)
+    block = store.claim(plan.campaign)
+    raised = "PluginError: the sensor ./s.py:S raised ValueError: by chance\nat s.py:3"
+    assert store.repository.fail_block(block, raised) == "pending"
+    store.work_off(plan.campaign)
+    count = len(block.cases)
+    # The second campaign takes its results from the first one.
+    for name in (plan.campaign, store.campaign(8)):
+        info = store.repository.find_campaign(name)
+        assert store.repository.tried_again(info.id) == {raised: count}
+        code, why = gate_code(store.repository, info)
+        assert code is ExitCode.INCOMPLETE
+        assert (
+            f"{count} results came out only when their block was tried again: the sensor ./s.py:S "
+            "raised ValueError: by chance (mend the part, or allow it" in why
+        )
+
+
+def test_result_of_a_second_try_is_green_if_a_worker_was_lost(store: Store) -> None:
+    plan = store.plan(4)
+    block = store.claim(plan.campaign)
+    store.repository.fail_block(block, "its worker ended with signal 9")
+    store.work_off(plan.campaign)
+    code, _ = gate_code(store.repository, store.repository.find_campaign(plan.campaign))
+    sound, _ = gate_code(store.repository, store.repository.find_campaign(store.campaign(8)))
+    assert code is sound
+
+
 def test_result_that_came_out_otherwise_is_green_nowhere_any_more(
     store: Store, monkeypatch: pytest.MonkeyPatch
 ) -> None:
