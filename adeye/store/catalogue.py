@@ -38,9 +38,18 @@ _TRIGGERS: Final = {
     f"UNION ALL SELECT rulename FROM pg_rules WHERE schemaname = '{SCHEMA}' "
     f"UNION ALL SELECT policyname FROM pg_policies WHERE schemaname = '{SCHEMA}' "
     f"UNION ALL SELECT proname FROM pg_proc WHERE pronamespace = '{SCHEMA}'::regnamespace "
+    # An operator of ours would compare what views compare; a cast acts wherever it is.
+    f"UNION ALL SELECT oprname FROM pg_operator WHERE oprnamespace = '{SCHEMA}'::regnamespace "
+    f"UNION ALL SELECT opcname FROM pg_opclass WHERE opcnamespace = '{SCHEMA}'::regnamespace "
+    f"UNION ALL SELECT collname FROM pg_collation WHERE collnamespace = '{SCHEMA}'::regnamespace "
+    f"UNION ALL SELECT typname FROM pg_type WHERE typnamespace = '{SCHEMA}'::regnamespace "
+    "AND typrelid = 0 AND typcategory <> 'A' "
+    "UNION ALL SELECT 'cast to ' || casttarget::regtype FROM pg_cast WHERE oid >= 16384 "
+    "AND castsource < 16384 AND casttarget < 16384 "
     "ORDER BY 1",
 }
-"""What acts when somebody writes or reads: of PostgreSQL rules, policies and functions, too."""
+"""What acts when somebody writes or reads: of PostgreSQL rules, policies, functions, operators and
+their like, too."""
 _BUILT: Final = (
     "SELECT relname, CASE relkind WHEN 'r' THEN 'CREATE TABLE' ELSE 'CREATE INDEX' END "  # noqa: S608 - own names
     "FROM pg_class WHERE relkind IN ('r', 'i') "
@@ -237,11 +246,13 @@ def _server_definitions(connection: Connection, given: Mapping[str, str]) -> dic
     ).all():
         same = text == " ".join(given.get(name, "").split()) and enabled in ("O", "A")
         found[name] = given[name] if same else ""
-    for name, body in connection.exec_driver_sql(
-        f"SELECT proname, prosrc FROM pg_proc WHERE pronamespace = '{SCHEMA}'::regnamespace"  # noqa: S608 - own names
+    for name, body, is_set in connection.exec_driver_sql(
+        "SELECT proname, prosrc, proconfig IS NOT NULL OR prosecdef FROM pg_proc "  # noqa: S608 - own names
+        f"WHERE pronamespace = '{SCHEMA}'::regnamespace"
     ).all():
         statement = given.get(name, "")
-        if f"$body${body}$body$" not in statement:
+        # With a setting of its own, as of where names are looked up, it is another function.
+        if is_set or f"$body${body}$body$" not in statement:
             found[name] = body
         else:
             # One of the same name for other types would be called in its place.

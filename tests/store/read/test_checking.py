@@ -231,6 +231,10 @@ DEFECTS = (
            content("fsr", "FSR1", emergency_operation_interval=1.0)),
     defect("fsr_without_scenario", "FSR1",
            sql("UPDATE campaign_fsr SET planned = 0 WHERE fsr_id = 'FSR1'")),
+    # Both children have to meet it wherever one of them is judged.
+    defect("fsr_without_scenario", "FSR2a", sql(
+        "UPDATE campaign_fsr SET planned = 0 WHERE fsr_id = 'FSR2a' AND scenario = 'cut_in'"
+    )),
     defect("hazard_without_scenario", "HE2", content("hazardous_event", "HE2", scenarios=["fog"])),
     defect("hazard_without_scenario", "HE1 HE2", sql("UPDATE campaign_fsr SET mandatory = 0")),
     defect("orphan_scenario", "fog",
