@@ -107,7 +107,11 @@ def make_engine(location: Location, writes_option: str) -> Engine:
     engine = create_engine(
         location.url,
         pool_pre_ping=True,
-        connect_args={"connect_timeout": _CONNECT_S, "application_name": "adeye"},
+        connect_args={
+            "connect_timeout": _CONNECT_S,
+            "application_name": "adeye",
+            "client_encoding": "utf8",
+        },
     )
 
     @event.listens_for(engine, "connect")
@@ -224,11 +228,17 @@ def require_readable(connection: Connection, location: Location) -> None:
     """Refuse a user who lacks the right to the schema: its tables are there, but not for this one.
 
     Raises:
-        PlatformError: This user does.
+        PlatformError: This user does, or the database cannot hold every text.
     """
-    user, may_read = connection.exec_driver_sql(
-        f"SELECT current_user, has_schema_privilege(to_regnamespace('{SCHEMA}'), 'USAGE')"
+    user, may_read, encoding = connection.exec_driver_sql(
+        f"SELECT current_user, has_schema_privilege(to_regnamespace('{SCHEMA}'), 'USAGE'), "
+        "current_setting('server_encoding')"
     ).one()
+    if encoding != "UTF8":
+        raise PlatformError(
+            f"database {location} has the encoding {encoding}, which does not hold every text. "
+            "Make one by 'createdb --encoding=UTF8 --template=template0'"
+        )
     if may_read is False:
         raise unreadable(location, user)
 

@@ -137,6 +137,15 @@ def test_database_that_does_not_exist_is_named_with_what_to_do(server: Any) -> N
     assert not isinstance(raised.value, LostConnection)
 
 
+@pytest.mark.parametrize("encoding", ["SQL_ASCII", "LATIN1"])
+def test_database_that_does_not_hold_every_text_is_refused(server: Any, encoding: str) -> None:
+    name = f"other_{encoding.lower()}"
+    of_any_language = "LC_COLLATE 'C' LC_CTYPE 'C' TEMPLATE template0"
+    server.execute(f"CREATE DATABASE {name} ENCODING '{encoding}' {of_any_language}")
+    says = f"has the encoding {encoding}.*--encoding=UTF8"
+    refused(PlatformError, Repository.open, server.url(name), says=says)
+
+
 def test_user_who_does_not_exist_is_told_about_users(server: Any) -> None:
     url = server.url("postgres").replace("tester@", "stranger@")
     raised = refused(PlatformError, Repository.open, url, says="does not let this user in")
