@@ -210,7 +210,7 @@ def _told_files(path: Path, *_state: int) -> tuple[tuple[str, ...], int]:
 def _by_name(files: Sequence[File]) -> list[File]:
     """List what may be imported of the folders of sources that import by name, these left out."""
     sources = [path for _, path in files if path.suffix == ".py" and not is_installed(path)]
-    named = [path for path in sources if _imported(path) is None]
+    named = [path for path in sources if stated_imports(path) is None]
     return [
         (f"{_HERE}{label}", path)
         for label, path in package_files(dict.fromkeys(path.parent for path in named))
@@ -257,7 +257,7 @@ def imports_beside(program: Path, by: str = "") -> list[Path]:
     is_source = is_python or program.stat().st_size <= _MOST_SOURCE
     found, left = {program}, [program] if is_source else []
     while left:
-        names = _imported(path := left.pop())
+        names = stated_imports(path := left.pop())
         if names is None and path == program and not is_python:
             break
         new = _importable(program.parent, names) - found
@@ -352,15 +352,10 @@ def _plain(name: str) -> str:
     return re.sub(r"[-_.]+", "-", name).lower()
 
 
-def _imported(path: Path) -> frozenset[str] | None:
+def stated_imports(path: Path) -> frozenset[str] | None:
     """Return the top levels of what a source imports; None if statements do not tell all."""
     names, is_all = _stated(path)
     return names if is_all else None
-
-
-def states_imports(path: Path) -> bool:
-    """Tell whether statements of a source tell all that it imports."""
-    return _imported(path) is not None
 
 
 def _stated(path: Path) -> tuple[frozenset[str], bool]:

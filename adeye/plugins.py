@@ -38,7 +38,7 @@ from adeye.plugin_code import (
     require_told_apart,
     require_unkept,
     require_unwritten,
-    states_imports,
+    stated_imports,
     wall_time,
     with_imports,
 )
@@ -406,7 +406,7 @@ def _apart(path: Path, places: Collection[str]) -> Iterator[Callable[[], list[st
     Yields:
         Lists what has been imported since; nothing of a source whose statements tell all.
     """
-    if states_imports(path):
+    if stated_imports(path) is not None:
         yield list
         return
     others = {
