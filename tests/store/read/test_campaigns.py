@@ -275,8 +275,9 @@ def test_withdrawn_run_is_not_the_worst_nor_are_its_numbers(store: Store, seed: 
     by = " ORDER BY verdict = 'FAIL' DESC, margin, run"
     for _ in range(6):
         left = [run for (run,) in store.rows(ranked + by)]
-        worst = store.repository.worst_runs(campaign, "FSR1", limit=3)
-        assert [ref.result_digest for ref, _ in worst] == left[:3]
+        for limit in (1, 3):
+            worst = store.repository.worst_runs(campaign, "FSR1", limit=limit)
+            assert [ref.result_digest for ref, _ in worst] == left[:limit]
         told = "SELECT architecture, worst_run FROM v_gate WHERE fsr = 'FSR1'"
         own = {
             name: store.rows(f"{ranked} AND architecture = '{name}'{by} LIMIT 1")
