@@ -266,10 +266,10 @@ def test_worst_runs_are_found_whatever_the_blocks(store: Store, limit: int) -> N
 def test_withdrawn_run_is_not_the_worst_nor_are_its_numbers(store: Store, seed: int) -> None:
     draw = random.Random(seed)  # noqa: S311
     kinds = [Verdict.FAIL, Verdict.PASS, Verdict.VACUOUS, Verdict.INCONCLUSIVE]
-    drawn, margins = draw.choices(kinds, k=24), draw.choices(range(1, 6), k=24)
+    drawn, margins = draw.choices(kinds, k=48), draw.choices(range(1, 6), k=48)
     store.example.verdict_of = lambda case, _: drawn[case.ordinal]
     store.example.margin_of = lambda case: float(margins[case.ordinal])
-    campaign = store.campaign(24, block_size=6)
+    campaign = store.campaign(48, block_size=24)
     ranked = "SELECT run FROM v_verdicts WHERE fsr = 'FSR1' AND verdict <> 'NOT_RUN'"
     ranked += " AND verdict <> 'VACUOUS'"
     by = " ORDER BY verdict = 'FAIL' DESC, margin, run"
