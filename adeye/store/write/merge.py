@@ -42,7 +42,7 @@ from adeye.store.views import ensure_scenario_views
 from adeye.store.write.content import executable_digest
 from adeye.store.write.planning import save_use, used_at
 from adeye.store.write.plugin_metrics import ensure_same_table
-from adeye.store.write.queue import add_block, close_blocks
+from adeye.store.write.queue import add_block, close_blocks, note_failure
 
 """Altered rows that a message names."""
 
@@ -212,9 +212,11 @@ class _Merge:
             self._copy(table, campaigns, new)
         found = self._source.execute(tables.work.select().order_by(tables.work.c.id))
         for block in found.all():
+            bounds = block.from_ordinal, block.to_ordinal
             if block.campaign_id in new:
-                bounds = block.from_ordinal, block.to_ordinal
-                add_block(self._into, block.campaign_id, block.kind, bounds)
+                add_block(self._into, block.campaign_id, block.kind, bounds, detail=block.detail)
+            elif block.detail is not None:
+                note_failure(self._into, block.campaign_id, bounds, block.detail)
         self._require_alike()
         for table in (*_RESULTS, *self._plugins()):
             if table is not tables.run:

@@ -301,6 +301,22 @@ def fail_block(connection: Connection, block: Block, detail: str) -> str | None:
     return "pending"
 
 
+def note_failure(
+    connection: Connection, campaign_id: str, bounds: tuple[int, int], detail: str
+) -> None:
+    """Note with the blocks that have one of some ordinals what it failed with elsewhere."""
+    connection.execute(
+        update(work)
+        .where(
+            work.c.campaign_id == campaign_id,
+            work.c.from_ordinal < bounds[1],
+            work.c.to_ordinal > bounds[0],
+            work.c.detail.is_(None),
+        )
+        .values(detail=detail)
+    )
+
+
 def requeue_quarantined(connection: Connection, campaign_id: str) -> int:
     """Make quarantined blocks pending again; return how many."""
     changed = connection.execute(
@@ -381,9 +397,7 @@ def close_blocks(connection: Connection, campaign_id: str) -> int:
         elif not has_all[first:end].all():
             # It was counted in part already, so it stays whole and open.
             continue
-        connection.execute(
-            update(work).where(work.c.id == block.id).values(state="done", detail=None, **_FREE)
-        )
+        connection.execute(update(work).where(work.c.id == block.id).values(state="done", **_FREE))
         results.write_tallies(connection, block.id)
         closed += 1
     if closed:

@@ -18,13 +18,14 @@ from adeye.campaign.run import Session, judge_campaign, run_campaign
 from adeye.campaign.selection import Choice, Keyword, Shard
 from adeye.campaign.traces import altered_files, copy_campaigns
 from adeye.errors import InputError, IntegrityError, PlatformError
-from adeye.judge.verdict import Verdict
+from adeye.judge.verdict import ExitCode, Verdict
 from adeye.store import ledger as inserting
 from adeye.store import tables, texts
 from adeye.store.database import Database
 from adeye.store.evidence.roots import folder_of
 from adeye.store.location import locate
 from adeye.store.plugin_metrics import plugin_tables
+from adeye.store.read.totals import gate_code
 from adeye.store.repository import Repository
 from adeye.store.tables import LEDGER, metadata
 from adeye.store.write import merge as merging
@@ -171,6 +172,25 @@ def test_results_of_another_campaign_are_added(parts: Path, tmp_path: Path) -> N
         # What is merged was planned before.
         assert known(repository.latest_campaign()).id == summary.campaign
         assert repository.progress(newest.id).accounted == 28
+
+
+def test_what_a_block_failed_with_goes_along(mini: Executed, tmp_path: Path) -> None:
+    source, into = whole(mini, tmp_path / "of"), tmp_path / "new.db"
+    same = whole(mini, tmp_path / "same")
+    raised = "PluginError: the sensor ./s.py:S raised ValueError: by chance"
+    with sqlite3.connect(source) as raw:
+        raw.execute("UPDATE work SET detail = ? WHERE id = 1", (raised,))
+    raw.close()
+    for db in (into, same):
+        merged(db, source)
+    with Repository.open(source) as repository:
+        copy_campaigns(repository, [mini.summary.campaign], tmp_path / "copy.db")
+    for db in (into, same, tmp_path / "copy.db"):
+        sound(db)
+        with Repository.open(db, create=False) as repository:
+            assert list(repository.tried_again(mini.summary.campaign)) == [raised]
+            campaign = repository.find_campaign(mini.summary.campaign)
+            assert gate_code(repository, campaign)[0] is ExitCode.INCOMPLETE
 
 
 def refused(into: Path, source: Path, error: type[Exception], words: Sequence[str]) -> None:
