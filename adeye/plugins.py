@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import inspect
-import os
 import sys
 import traceback
 from collections.abc import Callable
@@ -46,13 +45,11 @@ from adeye.supervision import (
     guest,
     identified,
     is_asked,
-    is_installed,
-    is_own,
-    packed_in,
-    refusal_of,
+    place_of_user,
     require_identified,
     said,
     sealed,
+    take_refusal,
 )
 from adeye.units import shown
 
@@ -412,7 +409,9 @@ def _apart(path: Path, places: Collection[str]) -> Iterator[Callable[[], list[st
     others = {
         key: module
         for key, module in list(sys.modules.items())
-        if key != "__main__" and not key.startswith(_LABEL) and _is_of_others(module, places)
+        if key != "__main__"
+        and not key.startswith(_LABEL)
+        and place_of_user(module) not in {"", *places}
     }
     for key in others:
         del sys.modules[key]
@@ -427,28 +426,20 @@ def _new_since(before: Collection[str]) -> list[str]:
     return [key for key in list(sys.modules) if key not in before and not key.startswith(_LABEL)]
 
 
-def _is_of_others(module: ModuleType, places: Collection[str]) -> bool:
-    """Tell whether a module is of the user, and none that identifies a part."""
-    file = getattr(module, "__file__", None)
-    if file is None or is_own(file) or is_installed(Path(file)):
-        return False
-    return os.path.realpath(packed_in(Path(file))) not in places
-
-
 _CODES: Final[dict[str, set[str]]] = {}
 """Digests of the code that was loaded in this process, by the name of the part."""
-_BLAMED: Final[dict[str, frozenset[str]]] = {}
-"""Those that were loaded before the part was refused; one that was mended is not among them."""
+_BLAMED: Final[dict[tuple[str, str], str]] = {}
+"""What a part was refused for, by its name and each code that it had until then."""
 
 
 def _require_identified(name: str, before: Collection[str], code: Sequence[File]) -> None:
     """Refuse what a part imported that is not in its identity, now or when it was executed."""
     digest, known = files_digest(code), _CODES.setdefault(name, set())
-    if (told := refusal_of(name)) is not None and name not in _BLAMED:
-        _BLAMED[name] = frozenset(known)
+    if (told := take_refusal(name)) is not None:
+        _BLAMED.update(((name, code), told) for code in known)
     known.add(digest)
-    if told is not None and digest in _BLAMED[name]:
-        raise SpecError(told, remedy="Results hang on its code.")
+    if (name, digest) in _BLAMED:
+        raise SpecError(_BLAMED[name, digest], remedy="Results hang on its code.")
     identified(places_of(code))
     _require_own(name, _new_since(before))
 

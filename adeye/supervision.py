@@ -26,7 +26,7 @@ from dataclasses import dataclass
 from functools import cache, wraps
 from itertools import islice
 from pathlib import Path
-from types import CodeType, TracebackType
+from types import CodeType, ModuleType, TracebackType
 from typing import Any, Final
 
 from adeye.errors import ASKED_TO_END, AdeyeError, Interrupted, PluginError, Terminated
@@ -567,9 +567,9 @@ def identified(places: Iterable[str]) -> None:
     _identified.update(places)
 
 
-def refusal_of(name: str) -> str | None:
-    """Return what a part was refused for in this process, see ``require_identified``."""
-    return _refused.get(name)
+def take_refusal(name: str) -> str | None:
+    """Return once what a part was refused for in this process, see ``require_identified``."""
+    return _refused.pop(name, None)
 
 
 def require_identified(
@@ -589,9 +589,8 @@ def require_identified(
         PluginError: One is in no identity: results would be reused after an edit of it.
     """
     for module in tuple(modules):
-        file = getattr(sys.modules.get(module), "__file__", None)
-        place = "" if file is None else os.path.realpath(packed_in(Path(file)))
-        if not place or place in places or place.startswith(_OWN) or is_installed(Path(place)):
+        place = place_of_user(sys.modules.get(module))
+        if not place or place in places:
             continue
         _refused[name] = (
             f"{name} imports {module}, which is in no identity: import it in its source, by a "
@@ -600,9 +599,11 @@ def require_identified(
         raise PluginError(_refused[name])
 
 
-def is_own(file: str) -> bool:
-    """Tell whether a file is adeye's."""
-    return os.path.realpath(file).startswith(_OWN)
+def place_of_user(module: ModuleType | None) -> str:
+    """Return where a module is that is neither adeye's nor installed; empty for any other."""
+    file = getattr(module, "__file__", None)
+    place = "" if file is None else os.path.realpath(packed_in(Path(file)))
+    return "" if not place or place.startswith(_OWN) or is_installed(Path(place)) else place
 
 
 def packed_in(path: Path) -> Path:

@@ -590,7 +590,7 @@ def test_module_that_no_statement_imports_is_refused_with_what_to_do(
     place = folder.with_name("elsewhere")
     place.mkdir()
     monkeypatch.syspath_prepend(place)
-    for name in ("net_early", "net_late", "net_stated"):
+    for name in ("net_early", "net_late", "net_later", "net_stated"):
         (place / f"{name}.py").write_text("class Net:\n    pass\n")
     by_pickle = "pickle.loads(b'cnet_{}\\nNet\\n.')"
     (folder / "early.py").write_text(
@@ -607,6 +607,13 @@ def test_module_that_no_statement_imports_is_refused_with_what_to_do(
     refused(SpecError, load_part, "./late.py:Mine", folder, says="imports net_late")
     (folder / "late.py").write_text("class Mine:\n    pass\n")
     load_part("./late.py:Mine", folder).build()
+    # The next wrong version of it is refused as the first one was.
+    (folder / "late.py").write_text(
+        "import pickle\nclass Mine:\n    def __init__(self):\n"
+        f"        self.net = {by_pickle.format('later')}\n"
+    )
+    refused(PluginError, load_part("./late.py:Mine", folder).build, says="imports net_later")
+    refused(SpecError, load_part, "./late.py:Mine", folder, says="imports net_later")
     (folder / "stated.py").write_text(
         "import pickle\nclass Mine:\n    def __init__(self):\n        import net_stated\n"
         f"        self.net = {by_pickle.format('stated')}\n"
