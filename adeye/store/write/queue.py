@@ -16,7 +16,7 @@ from datetime import datetime, timedelta
 from typing import Any, Final
 
 import numpy as np
-from sqlalchemy import Connection, Row, Select, select, text, update
+from sqlalchemy import Connection, Row, Select, func, select, text, update
 
 from adeye.signals import Bools
 from adeye.store.accounts import account_whole
@@ -24,7 +24,7 @@ from adeye.store.block import JudgedBlock, RunBlock
 from adeye.store.cases import JUDGED_CASES, open_cases
 from adeye.store.database import Door, reading, sharing
 from adeye.store.owner import Owner, boot_clock_s, clock_now, is_abandoned
-from adeye.store.records import Block
+from adeye.store.records import RAISED, Block
 from adeye.store.tables import work
 from adeye.store.texts import utc_text
 from adeye.store.write import results
@@ -318,11 +318,14 @@ def note_failure(
 
 
 def requeue_quarantined(connection: Connection, campaign_id: str) -> int:
-    """Make quarantined blocks pending again; return how many."""
+    """Make quarantined blocks pending again; return how many.
+
+    Who runs them again has been told what they failed with: that is said, and no longer refused.
+    """
     changed = connection.execute(
         update(work)
         .where(work.c.campaign_id == campaign_id, work.c.state == "quarantined")
-        .values(state="pending", failures=0)
+        .values(state="pending", failures=0, detail=func.replace(work.c.detail, RAISED, ""))
     )
     return changed.rowcount
 

@@ -283,14 +283,28 @@ def test_result_of_a_second_try_is_said_and_refused_if_code_from_outside_raised(
         )
 
 
-def test_result_of_a_second_try_is_green_if_a_worker_was_lost(store: Store) -> None:
+def test_what_was_given_up_and_told_is_said_and_not_refused_when_it_is_run_again(
+    store: Store,
+) -> None:
     plan = store.plan(4)
+    block = store.claim(plan.campaign)
+    store.repository.quarantine_block(block, "PluginError: no licence")
+    assert store.repository.queue.requeue_quarantined(plan.campaign) == 1
+    store.work_off(plan.campaign)
+    info = store.repository.find_campaign(plan.campaign)
+    assert store.repository.tried_again(info.id) == {"no licence": len(block.cases)}
+    assert "mend the part" not in gate_code(store.repository, info)[1]
+
+
+def test_result_of_a_second_try_is_not_refused_if_a_worker_was_lost(store: Store) -> None:
+    alone, _ = gate_code(store.repository, store.repository.find_campaign(store.campaign(8)))
+    plan = store.plan(12)
     block = store.claim(plan.campaign)
     store.repository.fail_block(block, "its worker ended with signal 9")
     store.work_off(plan.campaign)
-    code, _ = gate_code(store.repository, store.repository.find_campaign(plan.campaign))
-    sound, _ = gate_code(store.repository, store.repository.find_campaign(store.campaign(8)))
-    assert code is sound
+    info = store.repository.find_campaign(plan.campaign)
+    assert store.repository.tried_again(info.id)
+    assert gate_code(store.repository, info)[0] is alone
 
 
 def test_result_that_came_out_otherwise_is_green_nowhere_any_more(
