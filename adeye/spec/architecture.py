@@ -244,7 +244,7 @@ class Architecture(FileRecord):
             *(f"{HEALTH}{name}" for name in self.sensors),
         ]
         if "switch" in self.sensors:
-            text = "no sensor is called 'switch': a link of this name is to the switch"
+            text = "'switch' is what links to the switch say; give the sensor another id"
             yield ("sensors", "switch"), text
         for name, channel in self.channels.items():
             for at, link in enumerate(channel.links):
