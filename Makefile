@@ -58,11 +58,11 @@ full: test server slow check kernels versions  ## run everything; takes hours
 # Both traffic implementations judge alike: two ODDs in full and a sample of the million.
 CASES ?= 1000
 parity: $(STAMP)  ## compare the verdicts of both traffic implementations (CASES=1000)
-	ADEYE_PARITY_CASES=$(CASES) $(BIN)/pytest -n $(JOBS) -m slow tests/test_backends.py
+	PARITY_CASES=$(CASES) $(BIN)/pytest -n $(JOBS) -m slow tests/test_backends.py
 
 # One after the other: they count, fill disks and measure. The figures go to reports/chaos.
 chaos: $(STAMP)  ## kill, fill up, tear and repeat campaigns in full size; takes two hours
-	ADEYE_CHAOS=full ADEYE_FUZZ=2000 $(BIN)/pytest -n 0 -p no:randomly -rs -s -m chaos tests/chaos
+	CHAOS=full FUZZ=2000 $(BIN)/pytest -n 0 -p no:randomly -rs -s -m chaos tests/chaos
 
 check: lint types docs wheel  ## everything else that must hold before a merge (-j2: faster)
 

@@ -14,7 +14,7 @@ from adeye.sweep.case import TestCase, batches
 
 ROOT = Path(__file__).resolve().parents[1]
 SEED = 20_260
-CASES = int(os.environ.get("ADEYE_PARITY_CASES", "200"))
+CASES = int(os.environ.get("PARITY_CASES", "200"))
 """Test cases of the million that are looked at."""
 
 EXPLAINED: dict[str, str] = {}
@@ -75,7 +75,7 @@ def test_a_sample_of_the_million_is_judged_alike() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.skipif("ADEYE_PARITY_CASES" not in os.environ, reason="make parity")
+@pytest.mark.skipif("PARITY_CASES" not in os.environ, reason="make parity")
 def test_crossing_pedestrian_is_judged_alike_in_full() -> None:
     listed, found = differences("urban_pedestrian_rain.yaml", slice(None))
     assert not listed

@@ -31,6 +31,7 @@ from typer.models import OptionInfo
 from adeye.cli.output import clean, csv_text, results_apart
 from adeye.cli.progress import waiting
 from adeye.errors import AdeyeError, InputError, IntegrityError, PlatformError, UsageError
+from adeye.notices import notice
 from adeye.units import shown
 
 if TYPE_CHECKING:
@@ -131,11 +132,21 @@ def guarding(verb: Callable[..., None], options: Mapping[str, Any]) -> Iterator[
 
 
 def require_baseline_named(baseline: Path | None, variable: str) -> None:
-    """Refuse a variable that is there and names no file: who set it asked for a comparison."""
-    if baseline is None and os.environ.get(variable) == "":
+    """Refuse a variable that is there and names no file: who set it asked for a comparison.
+
+    Who set the one that other verbs read is told which it is here.
+    """
+    if baseline is not None:
+        return
+    if os.environ.get(variable) == "":
         raise UsageError(
             f"{variable} is empty",
             remedy="Name the baseline's file in it, or unset it to do without one.",
+        )
+    if "ADEYE_BASELINE" in os.environ:
+        notice(
+            "ADEYE_BASELINE sets the option of other verbs, so nothing is compared with a "
+            f"baseline here. Set {variable} for that."
         )
 
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from copy import copy
 from dataclasses import dataclass
+from difflib import get_close_matches
 from importlib import import_module
 from types import ModuleType
 from typing import Any, Final
@@ -14,6 +16,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from adeye.cli.options import add, as_it_stands
+from adeye.cli.output import clean, talk
 
 
 @dataclass(frozen=True, slots=True)
@@ -213,6 +216,10 @@ VERBS: Final = {
 }
 """All verbs by name, in the order of the list."""
 
+_PREFIX: Final = "ADEYE_"
+_NO_OPTIONS: Final = {"DB", "HELLO", "KEY", "NUMBA_CACHE_DIR"}
+"""Variables, without the prefix, that are read without an option, or that adeye itself sets for nodes."""
+
 
 class _Commands(Mapping[str, Any]):
     """The verbs as commands, each made when it is first asked for."""
@@ -297,6 +304,17 @@ class Program(_Group):
         super().__init__(**settings)
         self.commands: Any = _Commands()
 
+    def invoke(self, ctx: Any) -> Any:
+        """Name what of the environment nothing reads, and carry out the verb."""
+        said = {name.removeprefix(_PREFIX) for name in os.environ if name.startswith(_PREFIX)}
+        if said := said - _NO_OPTIONS:
+            known = {name.removeprefix(_PREFIX) for name in _variables(self, ctx)}
+            for name in sorted(said - known):
+                near = get_close_matches(name, sorted(known), n=1)
+                hint = f"Did you mean {_PREFIX}{near[0]}?" if near else "See the verb's --help."
+                talk(clean(f"note: no option reads {_PREFIX}{name} of the environment. {hint}"))
+        return super().invoke(ctx)
+
     def list_commands(self, ctx: Any) -> list[str]:  # noqa: ARG002 - of a library
         """Return the names, without a look at the commands themselves."""
         return list(self.commands)
@@ -311,3 +329,18 @@ class Program(_Group):
             for name, verb in VERBS.items()
         }
         super(Program, told).format_help(ctx, formatter)
+
+
+def _variables(group: Any, ctx: Any) -> set[str]:
+    """Return all variables that set an option of a group or of what is below it."""
+    found: set[str] = set()
+    below = [group, *(group.get_command(ctx, name) for name in group.list_commands(ctx))]
+    for command in below:
+        found |= {name for param in command.params for name in _named(param.envvar)}
+        if command is not group and isinstance(command, TyperGroup):
+            found |= _variables(command, ctx)
+    return found
+
+
+def _named(variables: str | Iterable[str] | None) -> Iterable[str]:
+    return (variables,) if isinstance(variables, str) else variables or ()

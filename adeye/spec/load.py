@@ -212,10 +212,33 @@ def _scenarios(
         with together:
             scenario = _used(name, catalogue or {}, written, number)
             alias = use.get("as")
+            _check_alias(alias, scenario, catalogue or {}, written.locate(("scenarios", number)))
             found[alias if isinstance(alias, str) else name] = scenario
             if also is not None:
                 also(scenario)
     return found
+
+
+def _check_alias(
+    alias: Any,
+    scenario: Loaded[LogicalScenario],
+    catalogue: Mapping[str, Path],
+    where: SourceLocation,
+) -> None:
+    """Refuse the id of another scenario: what is demanded in that one would be judged in this.
+
+    A scenario may stand for one that it extends.
+    """
+    name = scenario.spec.scenario
+    if alias not in catalogue or alias == name:
+        return
+    own = catalogue[alias].resolve()
+    if own not in {Path(document.path).resolve() for document in scenario.documents}:
+        raise SpecError(
+            f"as: {alias!r} is another scenario, which {name!r} does not extend",
+            where=where,
+            remedy="Choose an id that no scenario of the catalogue has.",
+        )
 
 
 def _used(

@@ -24,7 +24,7 @@ from tests.chaos.failing import WIDTH
 from tests.processes import survivors
 from tests.project import ROOT, Project, table_hash
 
-IS_FULL: Final = os.environ.get("ADEYE_CHAOS", "") == "full"
+IS_FULL: Final = os.environ.get("CHAOS", "") == "full"
 SEED: Final = 20261123
 MESSAGE: Final = re.compile(r"^\w*Error: |^The report was not written: ")
 ODD_FILE: Final = "odd/tested.yaml"

@@ -1,6 +1,6 @@
 """Spoilt inputs of every parser end with a documented exit code, never with a traceback or a hang.
 
-Each kind takes ``ORDINARY`` inputs in the ordinary run and ``ADEYE_FUZZ`` (60) in the slow one.
+Each kind takes ``ORDINARY`` inputs in the ordinary run and ``FUZZ`` (60) in the slow one.
 An input that fails is named by its kind and seed: ``spoilt(kind, seed)`` makes it again.
 """
 
@@ -37,7 +37,7 @@ from tests.chaos.mutation import Draw
 from tests.test_malformed_inputs import FILES, IN_CONCEPT, IN_ODD, IN_ONE, IN_SCENARIO, IN_TWO
 
 ORDINARY: Final = 40
-SLOW: Final = int(os.environ.get("ADEYE_FUZZ", "60"))
+SLOW: Final = int(os.environ.get("FUZZ", "60"))
 LONGEST_S: Final = 5.0
 """Longest processor time of one input."""
 MOST_MEMORY_KIB: Final = 512 * 1024

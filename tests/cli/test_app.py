@@ -337,6 +337,35 @@ def test_debug_tracebacks(adeye: Any, plan_raises: Any, monkeypatch: pytest.Monk
     assert "Traceback" in adeye("plan", "odd.yaml").refused
 
 
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("ADEYE_GATE_BASELNE", "Did you mean ADEYE_GATE_BASELINE?"),
+        ("ADEYE_TABEL", "Did you mean ADEYE_TABLE?"),
+        ("ADEYE_QQ", "See the verb's --help."),
+    ],
+)
+def test_variable_that_nothing_reads_is_named(
+    adeye: Any, monkeypatch: pytest.MonkeyPatch, name: str, said: str
+) -> None:
+    monkeypatch.setenv(name, "1")
+    ended = adeye("init", "--list")
+    assert ended.code == 0
+    assert ended.err == f"note: no option reads {name} of the environment. {said}\n"
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["ADEYE_DB", "ADEYE_DEBUG", "ADEYE_NUMBA_CACHE_DIR", "ADEYE_GATE_BASELINE", "ADEYE_TABLE"],
+)
+def test_variable_of_this_or_another_verb_is_not_named(
+    adeye: Any, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    monkeypatch.setenv(name, "0")
+    ended = adeye("init", "--list")
+    assert (ended.code, ended.err) == (0, "")
+
+
 def test_interruption_has_its_code_and_no_traceback(adeye: Any, plan_raises: Any) -> None:
     for error, code in ((KeyboardInterrupt(), 130), (Terminated(), 143)):
         plan_raises(error)

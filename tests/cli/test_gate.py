@@ -116,6 +116,15 @@ def test_baseline_that_a_variable_leaves_empty_is_refused(
         assert f"{name} is empty" in adeye(verb, *of_mini).refused
 
 
+def test_baseline_of_other_verbs_is_said_to_be_none_of_the_gate(
+    adeye: Any, of_mini: Any, baseline: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("ADEYE_BASELINE", str(baseline))
+    assert "Set ADEYE_GATE_BASELINE for that." in adeye("gate", *of_mini).err
+    monkeypatch.setenv("ADEYE_GATE_BASELINE", str(baseline))
+    assert "ADEYE_BASELINE" not in adeye("gate", *of_mini).err
+
+
 def test_baseline_is_small_and_its_lines_are_short(baseline: Path) -> None:
     text = baseline.read_text("utf-8")
     assert len(text) < 200_000

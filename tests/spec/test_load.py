@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from adeye.errors import InputErrors, SpecError
+from adeye.spec.document import load_document
 from adeye.spec.load import (
     load_architecture,
     load_odd,
@@ -273,6 +274,31 @@ def test_without_a_gate_every_architecture_decides(tmp_path: Path) -> None:
     path.write_text("\n".join(lines), encoding="utf-8")
     files = load_odd(path)
     assert files.gate == tuple(files.architectures) == ("legacy_camera", "camera_radar")
+
+
+@pytest.mark.parametrize(
+    ("used", "alias", "is_told"),
+    [
+        ("cut_in", "lead_braking", True),
+        ("cut_in", "cut_in_traffic", True),
+        ("cut_in_traffic", "cut_in", False),
+        ("cut_in", "cut_in", False),
+        ("cut_in", "another", False),
+    ],
+)
+def test_id_of_another_scenario_is_taken_only_by_what_extends_it(
+    tmp_path: Path, used: str, alias: str, is_told: bool
+) -> None:
+    for folder in ("architectures", "concepts"):
+        (tmp_path / folder).symlink_to(ROOT / "odd" / folder)
+    content = load_document(ROOT / "odd" / "motorway_chauffeur.yaml").value
+    content["scenarios"] = [{"use": used, "as": alias}]
+    path = tmp_path / "odd.yaml"
+    path.write_text(yaml.safe_dump(content), encoding="utf-8")
+    if is_told:
+        refused(SpecError, load_odd, path, says=f"{alias!r} is another scenario")
+    else:
+        assert list(load_odd(path).scenarios) == [alias]
 
 
 def test_catalogue_is_beside_the_odds_folder_else_the_shipped_one(tmp_path: Path) -> None:
