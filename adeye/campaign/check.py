@@ -34,8 +34,8 @@ from adeye.simulate.world.check import (
     Finding,
     check_scenario,
     check_worlds,
+    formulas_used,
     missing_lanes,
-    parameters_used,
 )
 from adeye.simulate.world.clock import ticks
 from adeye.simulate.world.storyboard import trigger_variables
@@ -540,7 +540,7 @@ def _check_axes(expansion: Expansion) -> tuple[str, ...]:
         shared, group = expansion.shared(section), section.group
         onsets = [fault.onset.when for fault in shared.faults]
         names = used.setdefault(shared.scenario_id, set())
-        names |= parameters_used(shared.scenario)
+        names |= _moving(section, shared)
         names |= {name for when in onsets if when is not None for name in when.names}
         heeded = _heeded(shared.architecture, expansion.files)
         records = (content_digest(shared.scenario), content_digest(heeded))
@@ -574,6 +574,48 @@ def _check_axes(expansion: Expansion) -> tuple[str, ...]:
                 )
             notices[f"{said}; it only chooses points, and its values are replicates"] = None
     return tuple(notices)
+
+
+def _moving(section: Section, shared: Shared) -> set[str]:
+    """Name the parameters that change a formula of the scenario at some point of a section.
+
+    ``speed + 0 m/s^2 * delay`` names one that changes nothing. What also hangs on signals, and a
+    parameter that has one value, are taken as they are written.
+    """
+    found: set[str] = set()
+    points, size = section.group.points, len(section.rows)
+    varied = {axis.name for axis in section.group.axes if axis.kind == "parameter"}
+    for formula in formulas_used(shared.scenario):
+        if not formula.names <= shared.parameters.keys():
+            found |= formula.names
+        for name in formula.names - found:
+            if name not in varied or size == 1:
+                found.add(name)
+                continue
+            first = points.column(name, section.rows[:1])
+            is_one, is_moving = True, False
+            for start in range(0, size, BATCH):
+                rows = section.rows[start : start + BATCH]
+                columns = {
+                    other: points.column(other, rows) if other in varied else value
+                    for other, value in shared.parameters.items()
+                    if other in formula.names
+                }
+                is_one &= bool(np.all(columns[name] == first))
+                try:
+                    pair = [
+                        formula.evaluate({**columns, name: column})
+                        for column in (columns[name], first.repeat(len(rows)))
+                    ]
+                except InputError:
+                    is_moving = True
+                else:
+                    is_moving = not np.array_equal(*pair)
+                if is_moving:
+                    break
+            if is_moving or is_one:
+                found.add(name)
+    return found
 
 
 def _heeded(architecture: Architecture, files: OddFiles) -> Architecture:

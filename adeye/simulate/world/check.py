@@ -137,16 +137,15 @@ def parameters_used(scenario: LogicalScenario) -> frozenset[str]:
 
     Constraints only choose among its values, and a goal only ends what is looked at.
     """
-    formulas = quantities(scenario, ())
-    return frozenset[str]().union(
-        *(
-            item.names
-            for loc, item, _ in formulas
-            if isinstance(item, Expression)
-            and loc[0] != "constraints"
-            and loc[:2] != ("ego", "goal")
-        )
-    )
+    return frozenset[str]().union(*(item.names for item in formulas_used(scenario)))
+
+
+def formulas_used(scenario: LogicalScenario) -> Iterator[Expression]:
+    """Give the formulas of a scenario that say what happens, see ``parameters_used``."""
+    for loc, item, _ in quantities(scenario, ()):
+        is_aside = loc[0] == "constraints" or loc[:2] == ("ego", "goal")
+        if isinstance(item, Expression) and not is_aside:
+            yield item
 
 
 def _parameters(scenario: LogicalScenario) -> Iterator[Finding]:

@@ -23,7 +23,7 @@ from adeye.store import run_tables as tables
 from adeye.store.cases import JUDGED, JUDGED_CASES, standing
 from adeye.store.location import Location
 from adeye.store.owner import clock_now, is_abandoned
-from adeye.store.plugin_metrics import metric_values, plugin_metrics
+from adeye.store.plugin_metrics import ids_of, metric_values, plugin_metrics, plugin_tables
 from adeye.store.sql import filled
 from adeye.store.table_parts import TABLES, WORK_STATES
 from adeye.store.texts import clean_text
@@ -691,6 +691,26 @@ def tried_again(connection: Connection, campaign_id: str) -> dict[str, int]:
         (campaign_id,),
     )
     return {str(detail): int(count) for detail, count in found}
+
+
+def unmeasured(connection: Connection, campaign_id: str) -> dict[str, int]:
+    """Count the runs of a campaign in which metrics of plug-ins failed, by the id of the metric.
+
+    Each raised there, or gave what is no value.
+    """
+    found: dict[str, int] = {}
+    for table in plugin_tables(connection):
+        for name in ids_of(table):
+            count = connection.exec_driver_sql(
+                f"SELECT COUNT(DISTINCT r.number) FROM {table.name} m "  # noqa: S608 - own names
+                "JOIN run r ON r.number = m.run_number "
+                "JOIN campaign_case c ON c.result_digest = r.result_digest "
+                f"WHERE c.campaign_id = ? AND m.{name}_status = 'error'",
+                (campaign_id,),
+            ).scalar_one()
+            if count:
+                found[name] = found.get(name, 0) + int(count)
+    return found
 
 
 def failed_channels(

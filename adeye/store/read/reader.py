@@ -97,6 +97,7 @@ class Reader(Door):
     worst_run = reading(stored.worst_run)
     contested = reading(stored.contested)
     tried_again = reading(stored.tried_again)
+    unmeasured = reading(stored.unmeasured)
     uncertified = reading(stored.uncertified)
 
     def info(self) -> DatabaseInfo:

@@ -534,7 +534,7 @@ def gate_code(
     code = gate_exit(verdicts, planned=planned, accounted=accounted)
     reasons += [*lost, *_unasked(verdicts)]
     failures = channel_failures(repository, campaign)
-    raised, again = _tried_again(repository, campaign)
+    raised, again = _failed_parts(repository, campaign)
     reasons += raised
     if raised or any(item.refused for item in failures):
         code = exit_code([code, ExitCode.INCOMPLETE])
@@ -598,11 +598,11 @@ def _changed_by_step(repository: Repository, campaign: CampaignInfo) -> list[str
     return list(told)
 
 
-def _tried_again(repository: Repository, campaign: CampaignInfo) -> tuple[list[str], list[str]]:
-    """Say which results came out only when they were tried again.
+def _failed_parts(repository: Repository, campaign: CampaignInfo) -> tuple[list[str], list[str]]:
+    """Say which results came out only when they were tried again, and which metrics failed.
 
     Returns:
-        Those that are refused, before which code from outside raised something, and the others.
+        Those that are refused, as code from outside raised something, and the others.
     """
     refused, others = list[str](), list[str]()
     allows = channel_policy(repository, campaign) == "allow"
@@ -613,6 +613,12 @@ def _tried_again(repository: Repository, campaign: CampaignInfo) -> tuple[list[s
             others.append(text)
         else:
             refused.append(f"{text} (mend the part, or allow it: {_ALLOW})")
+    for metric, count in repository.unmeasured(campaign.id).items():
+        text = f"metric {metric} raised in {amount(count, 'run')}, or gave what is no value"
+        if allows:
+            others.append(text)
+        else:
+            refused.append(f"{text} (mend it, or allow it: {_ALLOW})")
     return refused, others
 
 
