@@ -166,8 +166,8 @@ def stale(
     nothing stale. Nothing is executed or saved.
 
     Exit codes: 0 done, whatever is stale, or with --exit-code only if nothing is; 2 input error,
-    3 with --exit-code: something is stale or missing; 4 the evidence is not as it was written,
-    5 database or disk.
+    3 with --exit-code: something is stale or missing; 4 the evidence is not as it was written, or
+    came out otherwise for a certificate; 5 database or disk.
 
     Parameters:
         odd: The ODD's file; default: that of the newest campaign.
@@ -201,8 +201,12 @@ def stale(
             plan = opt.plan_of(path, backend, variant)
         repository.require_sound(campaign.id)
         found = find_stale(repository, plan, campaign)
+        otherwise = repository.uncertified(campaign.id)
     shown = partial(_print_stale, odd=path, db=db)
     out.emit_found("stale", found, shown, json=json, document=_stale_document)
+    if otherwise:
+        out.talk(out.clean(f"The gate answers 4: {otherwise}"))
+        raise typer.Exit(ExitCode.INTEGRITY)
     if exit_code and not found.is_complete:
         raise typer.Exit(ExitCode.INCOMPLETE)
 

@@ -218,7 +218,7 @@ VERBS: Final = {
 
 _PREFIX: Final = "ADEYE_"
 _NO_OPTIONS: Final = {"DB", "HELLO", "KEY", "NUMBA_CACHE_DIR"}
-"""Variables, without the prefix, that are read without an option, or that adeye itself sets for nodes."""
+"""Variables, without the prefix, that are read without an option, or set for nodes."""
 
 
 class _Commands(Mapping[str, Any]):

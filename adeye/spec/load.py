@@ -459,13 +459,17 @@ def find_odd(path: str, near: Path | None = None, place: str = "") -> Path:
 
     Returns:
         The place, if a file is there; else where the path leads to one from the folder of the
-        database or one above; else the path as it is, if it does from here; else where it would
-        from the root of the repository.
+        database or one above; else the path as it is, if it does from here; else where it lies
+        from the database or from here as it did there, as in a project that was moved; else where
+        it would from the root of the repository.
     """
     asked, here = Path(path), (near or Path()).resolve()
     above = () if near is None else (here, *here.parents)
     tried = (Path(place), *(folder / asked for folder in above), asked)
     known = next((item for item in tried if item.is_file()), None)
+    if known is None:
+        lay = Path(place or path)
+        known = _likely(lay, here) or _likely(lay, Path.cwd())
     if known is None:
         root = repository_of(here)
         known = asked if root is None else root / asked

@@ -494,3 +494,28 @@ def test_what_the_scenario_says_itself_is_wrong_in_its_file(tmp_path: Path) -> N
     assert str(swept.folder / SCENARIO) in str(error.where)
     assert "sun_elevation: 200 deg" in line
     assert "with the ODD's values" not in error.message
+
+
+@pytest.mark.parametrize(
+    ("formula", "values", "is_idle"),
+    [
+        ("gap + 0 m * shade", [1, 2], True),
+        ("gap + (shade - shade) * 1 m", [1, 2], True),
+        ("max(gap, shade * 1 m)", [1, 2], True),
+        ("max(gap, shade * 1 m)", [1, 900], False),
+        ("gap + 0 m * shade", [1], False),
+        ("gap + shade * 1 m", [1, 2], False),
+    ],
+)
+def test_parameter_that_is_named_and_changes_nothing_is_refused(
+    project: Path, load: Load, formula: str, values: list[int], *, is_idle: bool
+) -> None:
+    path = project / "scenarios_db" / "motorway" / "cut_in.yaml"
+    replace(path, "parameters:\n", "parameters:\n  shade: {default: 1, range: [0, 999]}\n")
+    replace(path, "gap: gap - relative_speed * 1 s", f"gap: {formula} - relative_speed * 1 s")
+    files = load({"parameters": {"shade": values, "gap": ["30 m", "40 m"]}})
+    if is_idle:
+        with pytest.raises(SweepError, match="shade: nothing that happens"):
+            checking.check_cases(expand(files))
+    else:
+        assert not checking.check_cases(expand(files))

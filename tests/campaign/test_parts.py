@@ -17,7 +17,7 @@ from adeye import plugin_code
 from adeye.campaign import parts as delivered
 from adeye.errors import InputError, IntegrityError, SpecError
 from adeye.judge.metrics import METRICS, register_metric
-from adeye.judge.verdict import Verdict
+from adeye.judge.verdict import ExitCode, Verdict
 from adeye.plugin_code import with_imports
 from adeye.plugins import load_part
 from adeye.spec.load import load_architecture, load_odd
@@ -373,6 +373,29 @@ def test_metric_is_stored_in_a_table_of_its_own_and_judged(measured: Project) ->
     query = f"SELECT min(top_speed_mps), count(*) FROM {name}"  # noqa: S608 - our own table
     [(slowest, runs)] = rows(measured.db, query)
     assert (slowest, runs) == (pytest.approx(60 / 3.6, abs=0.2), summary.planned)
+
+
+@pytest.mark.slow
+def test_metric_that_raises_is_refused_though_no_fsr_is_bound_on_it(measured: Project) -> None:
+    with measured.edited_odd() as odd:
+        odd["scenarios"][0]["sweep"] = {}
+    with measured.edited(CONCEPT) as concept:
+        formula = "always(ego.speed <= 40 m/s)"
+        concept["requirements"] = [{**concept["requirements"][0], "formula": formula}]
+    path = measured.folder / "odd" / "top.py"
+    sound = measured.run()
+    assert sound.exit_code is ExitCode.OK
+    path.write_text(METRIC.replace("row = speed", "raise ValueError\n        row = speed"), "utf-8")
+    summary = measured.run()
+    assert {line.verdict for line in summary.verdicts} == {Verdict.PASS}
+    said = f"metric top_speed_mps raised in {summary.planned} run"
+    assert (summary.exit_code, said in summary.message) == (ExitCode.INCOMPLETE, True)
+    with measured.edited_odd() as odd:
+        odd["gate"] = {**odd.get("gate", {}), "channel_failures": "allow"}
+    allowed = measured.run()
+    assert (allowed.exit_code, said in allowed.message) == (ExitCode.OK, True)
+    path.write_text(METRIC, "utf-8")
+    assert "metric" not in measured.run().message
 
 
 @pytest.mark.slow

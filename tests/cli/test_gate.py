@@ -387,6 +387,17 @@ def test_ordinal_proves_no_run(adeye: Any, mini: Executed) -> None:
     assert "run '0': not the beginning" in adeye("db", "prove", "0", "--db", str(mini.db)).refused
 
 
+def test_stale_says_what_came_out_otherwise_for_a_certificate(
+    adeye: Any, mini: Executed, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    said = "1 result came out otherwise"
+    monkeypatch.setattr(Repository, "uncertified", lambda *_: said)
+    ended = adeye("stale", str(mini.project.odd), "--db", str(mini.db))
+    assert ended.code == 4
+    assert ended.err == f"The gate answers 4: {said}\n"
+    assert "still count" in ended.out
+
+
 def test_nothing_is_stale_after_a_run(adeye: Any, mini: Executed) -> None:
     done = adeye("stale", str(mini.project.odd), "--db", str(mini.db)).ok
     found = adeye("stale", str(mini.project.odd), "--db", str(mini.db), "--json").document

@@ -107,3 +107,17 @@ def test_odd_is_found_from_the_folder_of_the_database(
     assert find_odd("odd/gone.yaml", root / ".adeye") == Path("odd/gone.yaml")
     (root / ".git").mkdir()
     assert find_odd("odd/gone.yaml", root / ".adeye") == Path("../odd/gone.yaml")
+
+
+def test_odd_of_a_project_that_was_moved_is_found_though_it_was_named_whole(
+    path: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    root = path.parents[1]
+    gone = "/gone/before/odd/motorway_chauffeur.yaml"
+    known = {"odd_path": gone, "odd_place": gone}
+    monkeypatch.chdir(tmp_path.parent)
+    assert odd_of(known, root / ".adeye").resolve() == path.resolve()
+    assert odd_of(known, Path("/")) == Path(gone)
+    # The database is elsewhere, as on a server.
+    monkeypatch.chdir(root)
+    assert odd_of(known, Path("/")) == Path("odd/motorway_chauffeur.yaml")

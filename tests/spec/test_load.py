@@ -287,7 +287,7 @@ def test_without_a_gate_every_architecture_decides(tmp_path: Path) -> None:
     ],
 )
 def test_id_of_another_scenario_is_taken_only_by_what_extends_it(
-    tmp_path: Path, used: str, alias: str, is_told: bool
+    tmp_path: Path, used: str, alias: str, *, is_told: bool
 ) -> None:
     for folder in ("architectures", "concepts"):
         (tmp_path / folder).symlink_to(ROOT / "odd" / folder)

@@ -347,6 +347,13 @@ def _cells(array: Any) -> list[Any]:
     if array.dtype.kind in "mM":
         # NumPy lists nanoseconds as plain numbers, which would be taken for seconds.
         unit = np.timedelta64(1, "s")
+        if np.datetime_data(array.dtype)[0] in {"Y", "M", "generic"}:
+            if array.dtype.kind == "m":
+                raise InputError(
+                    f"a column of {array.dtype} has no length in seconds",
+                    remedy="Convert it to seconds, as numbers or as timedelta64[s].",
+                )
+            array = array.astype("datetime64[s]")
         begin = array[:1] if array.dtype.kind == "M" else unit * 0
         array = (array - begin) / unit
     hidden = np.ma.getmaskarray(array).tolist()

@@ -94,6 +94,17 @@ ODD = 2**53 + 1
 """A whole number that no float is."""
 
 
+@pytest.mark.parametrize("unit", ["M", "Y", "generic"])
+@pytest.mark.parametrize("column", ["time", "n"])
+def test_months_and_years_are_no_seconds(column: str, unit: str) -> None:
+    kind = "timedelta64" if unit == "generic" else f"timedelta64[{unit}]"
+    columns = {"time": [0, 1], "n": [0, 1]} | {column: np.array([0, 1]).astype(kind)}
+    refused(InputError, table_of, columns, says="has no length in seconds")
+    dates = np.array(["2020-01", "2020-02"], dtype="datetime64[M]")
+    month = table_of({"time": dates, "n": [0, 1]})
+    assert month.columns["time"][1] == 31 * 86_400
+
+
 @pytest.mark.parametrize(
     "values",
     [
