@@ -185,7 +185,6 @@ def test_result_is_as_true_as_its_gate(mini: Executed) -> None:
     assert not replace(replayed, identical=False)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("gap", "verdict"), [(9.0, "PASS"), (1.0, "FAIL"), (math.nan, "ERROR")])
 def test_judged_table_is_true_if_the_formula_holds(gap: float, verdict: str) -> None:
     found = adeye.stl("always(gap > 2)", {"time": [0.0, 1.0], "gap": [9.0, gap]})

@@ -120,7 +120,6 @@ def test_version(adeye: Any) -> None:
     assert adeye("--version").out == f"adeye {__version__}\n"
 
 
-@pytest.mark.slow
 def test_help_loads_nothing_heavy(tmp_path: Path) -> None:
     script = (
         "import sys; from adeye.cli import main; code = main(['--help'])\n"
@@ -244,7 +243,6 @@ def test_shell_completion_offers(tmp_path: Path) -> None:
         assert offered in out.split(), line
 
 
-@pytest.mark.slow
 def test_completion_script_can_be_printed(tmp_path: Path) -> None:
     setting = {"_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION": "1"}
     code, out, _ = program("--show-completion", "bash", cwd=tmp_path, **setting)

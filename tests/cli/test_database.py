@@ -51,7 +51,6 @@ def odd_db(folder: Path) -> Path:
     return folder / "x.db"
 
 
-@pytest.mark.slow
 def test_info_counts_rows(adeye: Any, odd_db: Path) -> None:
     assert odd_db.exists()
     document = adeye("db", "info", "--db", "x.db", "--json").document
@@ -61,7 +60,6 @@ def test_info_counts_rows(adeye: Any, odd_db: Path) -> None:
     assert "odd" in adeye("db", "info", "--db", "x.db").out
 
 
-@pytest.mark.slow
 def test_verify_names_an_altered_row_and_ends_with_4(adeye: Any, odd_db: Path) -> None:
     # It has no campaign, and nothing is altered yet.
     assert adeye("db", "verify", "--db", "x.db").code == 3
@@ -96,7 +94,6 @@ def test_reading_is_granted_on_a_server(adeye: Any, server: Any) -> None:
     assert "datasette shows files" in adeye("db", "metadata", "--db", url).err
 
 
-@pytest.mark.slow
 def test_merge_says_what_it_did(adeye: Any, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     schema.upgrade("other.db")
     found = Merged("other.db", ("c",), 1_000, 20_000, 3, 7)
@@ -210,7 +207,6 @@ def test_key_is_not_overwritten_by_the_signature(adeye: Any, folder: Path, campa
     assert "is a baseline, a manifest" in adeye(*asked).refused
 
 
-@pytest.mark.slow
 def test_signed_manifest_is_checked(adeye: Any, folder: Path, campaign: str) -> None:
     pytest.importorskip("cryptography", reason="the extra `sign` is not installed")
     assert campaign

@@ -219,7 +219,6 @@ def test_findings_are_not_written_over_the_files_that_are_checked(adeye: Any, fo
         assert "would be overwritten" in adeye(*arguments, name).refused
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("verb", "text"), [(("stl", "always(gap > 2)"), TRACE), (("reference",), CASES)]
 )
@@ -316,7 +315,6 @@ def test_nothing_is_written_beside_a_database(
     refused(adeye, project, option, target)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "option", ["run --sarif", "report --output", "gate --junit", "check --sarif"]
 )
@@ -420,7 +418,6 @@ def test_export_makes_no_folder_that_is_called_like_a_file(adeye: Any, project: 
     assert (project / "runs.24" / "runs.csv").is_file()
 
 
-@pytest.mark.slow
 def test_cells_that_a_spreadsheet_would_obey_are_text(adeye: Any, folder: Path) -> None:
     (folder / "cases.csv").write_text(CASES.replace("\n", ",=note\n", 1).replace("1\n", "1,=1+1\n"))
     assert adeye("reference", "cases.csv", "-o", "out.csv").code == 0

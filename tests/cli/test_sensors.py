@@ -26,7 +26,6 @@ def changed(folder: Path, **sensors: Any) -> str:
     return str(path)
 
 
-@pytest.mark.slow
 def test_json_holds_the_whole_analysis(adeye: Any) -> None:
     ended = adeye("sensors", CANDIDATE, LEGACY, "--json").ok
     document = ended.document
@@ -63,7 +62,6 @@ def test_named_architecture_is_put_into_the_odd(adeye: Any) -> None:
     assert [suite["architecture"] for suite in document["suites"]] == ["camera_radar"]
 
 
-@pytest.mark.slow
 def test_tables_fit_a_hundred_columns(adeye: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "100")
     ended = adeye("sensors", CANDIDATE, LEGACY, str(FILES / "lidar.yaml")).ok

@@ -190,7 +190,6 @@ def on_a_bend(made: Any, radius: float) -> Any:
     return made
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("radius", [60.0, -60.0, 500.0, -45.0])
 @pytest.mark.parametrize("lane", [0, 2])
 def test_distances_on_a_bend_are_those_along_the_lane_of_the_ego(
@@ -346,7 +345,6 @@ def distances(
     )
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(10))
 def test_least_so_far_is_the_distance_of_some_row(seed: int) -> None:
     ego, size, others, sizes = scene(seed)
@@ -388,7 +386,6 @@ def test_distance_is_exact_up_to_what_is_enough(seed: int) -> None:
     assert bounds > 0
 
 
-@pytest.mark.slow
 def test_far_beside_is_neither_in_the_path_nor_laterally_unsafe() -> None:
     bits = np.random.default_rng(1)
     culled = 0

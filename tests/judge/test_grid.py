@@ -45,7 +45,6 @@ def test_car_10_m_ahead_occupies_its_cells_and_the_ego_its_own(hand_made: Make) 
     assert not found["static"].any()
 
 
-@pytest.mark.slow
 def test_window_is_as_asked_for(hand_made: Make) -> None:
     trace = hand_made().trace()
     found = grid_map(trace, 0, 0.0)
@@ -212,7 +211,6 @@ def test_last_row_shows_what_was_decided_before_it(hand_made: Make) -> None:
 RULE = CellRule(layer="sensors", above=0.0, add=7.0)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("rules", [(), (RULE,)], ids=["no rule", "rule"])
 @pytest.mark.parametrize("name", list(LAYERS))
 def test_layer_alone_is_that_of_the_whole_map(

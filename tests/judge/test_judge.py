@@ -43,7 +43,6 @@ def judged(made: Any, item: Requirement, **options: Any) -> Any:
 # --- formulas
 
 
-@pytest.mark.slow
 def test_kept_formula_passes_with_its_margin_and_binding_predicate(hand_made: Any) -> None:
     made = hand_made().object("lead", s=20.0 * np.arange(21) * 0.1 + 44.0 - np.arange(21))
     found = judged(made, fsr(formula="always(gap >= 10 m)"))
@@ -336,7 +335,6 @@ def test_bound_that_a_contact_breaks_fails(hand_made: Any) -> None:
     assert (found.verdict, found.margin) == (FAIL, -10.0)
 
 
-@pytest.mark.slow
 def test_settled_metric_is_not_opened_by_a_contact(hand_made: Any) -> None:
     made = hand_made().set("fault_active", value=True, rows=slice(2, None), at=0)
     made.set("authority", 1, rows=slice(4, None)).touch(9, "lead")

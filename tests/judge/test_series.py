@@ -71,7 +71,6 @@ def test_overlap_without_recorded_contact_is_an_error(hand_made: Any) -> None:
     assert np.all(samples.status == SampleStatus.ERROR)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", SERIES)
 def test_nan_is_an_error_in_every_series(hand_made: Any, name: str) -> None:
     made = hand_made()

@@ -26,7 +26,6 @@ def values(made: Any, name: str, **options: Any) -> Any:
     return np.asarray(series.values[0], dtype=float)
 
 
-@pytest.mark.slow
 def test_every_name_of_the_dictionary_can_be_read(hand_made: Any) -> None:
     source = signals(hand_made(runs=2, objects=("lead", "other")), faults=("never",))
     assert len(source.dictionary) > 60
@@ -119,7 +118,6 @@ def test_age_counts_from_the_start_before_the_first_sample(hand_made: Any) -> No
     np.testing.assert_allclose(age[:6], [0.0, 0.1, 0.2, 0.1, 0.2, 0.3], atol=1e-12)
 
 
-@pytest.mark.slow
 def test_columns_arrive_under_their_names(hand_made: Any) -> None:
     made = hand_made(objects=("lead", "other"))
     made.ego(acceleration=-1.5, steering_angle=0.02, d=9.0)

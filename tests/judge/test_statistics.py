@@ -77,7 +77,6 @@ def test_what_is_no_proportion_level_prior_or_count_is_refused() -> None:
     refused(ValueError, zero_failure_bound, failed, 0.95, says="without a failure")
 
 
-@pytest.mark.slow
 def test_clopper_pearson_is_scipys() -> None:
     for runs, level in itertools.product((1, 2, 7, 300), (0.5, 0.9, 0.999)):
         for failures in range(min(runs, 9) + 1):
@@ -191,7 +190,6 @@ def test_paired_difference_turns_around_with_the_pair() -> None:
             assert -1.0 <= one.low <= difference <= one.high <= 1.0
 
 
-@pytest.mark.slow
 def test_paired_difference_covers_the_truth_about_as_often_as_it_says() -> None:
     pairs = 24
     for truth in ((0.1, 0.1, 0.1), (0.3, 0.05, 0.2), (0.0, 0.15, 0.3), (0.5, 0.1, 0.02)):
@@ -346,7 +344,6 @@ def test_more_runs_never_make_the_bound_worse() -> None:
         assert zero_failure_bound(strata(THREE, runs), 0.95) <= before + 1e-15
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("runs", [(6, 3), (4, 4)])
 def test_stratified_bound_covers_at_least_as_often_as_it_says(runs: tuple[int, int]) -> None:
     weights, level, grid = (0.8, 0.2), 0.9, np.linspace(0.0, 1.0, 41)

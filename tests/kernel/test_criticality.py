@@ -84,7 +84,6 @@ def test_modified_time_lets_who_brakes_stop_and_stay() -> None:
     )
 
 
-@pytest.mark.slow
 def test_modified_time_equals_small_steps() -> None:
     met = 0
     for state in random_following(25):
@@ -136,7 +135,6 @@ def test_branches_meet_at_the_seam() -> None:
     assert at == near(braking + closing**2 / (2.0 * gap))
 
 
-@pytest.mark.slow
 def test_required_deceleration_is_enough_and_no_more() -> None:
     tried = 0
     for gap, rear, front, _, front_a in random_following(25):
@@ -237,7 +235,6 @@ def test_printed_definition_is_the_same_for_who_comes_nearer_and_never_asks_for_
 # --- margins of following and severity ------------------------------------------------------------
 
 
-@pytest.mark.slow
 @given(st.floats(-8.0, 8.0))
 @settings(max_examples=200, deadline=None)
 def test_normal_share_is_that_of_the_error_function(x: float) -> None:

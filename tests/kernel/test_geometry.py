@@ -120,7 +120,6 @@ def test_turning_box_hits_what_only_its_corner_sweeps() -> None:
     assert not sweep((0.0, 0.0, 0.0), end, beyond, beyond, size=square)[0]
 
 
-@pytest.mark.slow
 def test_sweep_agrees_with_many_small_steps() -> None:
     draw = np.random.default_rng(11)
     found = 0

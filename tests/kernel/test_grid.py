@@ -74,7 +74,6 @@ def test_body_on_the_edges_of_cells_occupies_these_cells_and_no_other() -> None:
     assert np.array_equal(made == 0.0, inside)
 
 
-@pytest.mark.slow
 def test_body_that_reaches_a_little_into_a_cell_occupies_it() -> None:
     assert (covered(14.01, 0.0, 0.0, 4.0, 2.0) == 0.0).sum() == 36
     assert (covered(14.01, 0.01, math.pi, 4.0, 2.0) == 0.0).sum() == 45

@@ -118,21 +118,18 @@ def test_cache_is_warm_once_said_so_and_cold_for_other_sources(
         assert run(program, package, **cache) == ["False", "True"]
 
 
-@pytest.mark.slow
 def test_a_part_is_warm_once_it_was_used(package: Path, tmp_path: Path) -> None:
     program = ASK + "from adeye.kernel.jit import mark_cache_warm; mark_cache_warm('camera/a'); "
     program += "print(is_cache_warm(), is_cache_warm('camera/a'), is_cache_warm('camera/a', 'b'))"
     assert run(program, package, XDG_CACHE_HOME=str(tmp_path)) == ["True True False"]
 
 
-@pytest.mark.slow
 def test_nothing_to_compile_is_warm(package: Path, tmp_path: Path) -> None:
     program = ASK + "print(is_cache_warm())"
     environment = {"XDG_CACHE_HOME": str(tmp_path / "cache"), "NUMBA_DISABLE_JIT": "1"}
     assert run(program, package, **environment) == ["True"]
 
 
-@pytest.mark.slow
 def test_folder_depends_on_compiled_sources_only(package: Path, tmp_path: Path) -> None:
     program = ASK + "print(cache_directory())"
     cache = str(tmp_path / "cache")
@@ -149,14 +146,12 @@ def folder_of(package: Path, **environment: str) -> Path:
     return Path(run(ASK + "print(cache_directory())", package, **environment)[0])
 
 
-@pytest.mark.slow
 def test_choice_of_the_user_is_kept(package: Path, tmp_path: Path) -> None:
     program = ASK + "import os; print(cache_directory(), os.environ['NUMBA_CACHE_DIR'])"
     mine = str(tmp_path / "mine")
     assert run(program, package, NUMBA_CACHE_DIR=mine) == [f"{mine} {mine}"]
 
 
-@pytest.mark.slow
 def test_folder_inherited_from_a_parent_is_not_a_choice(package: Path, tmp_path: Path) -> None:
     stale = str(tmp_path / "stale")
     inherited = {"NUMBA_CACHE_DIR": stale, "ADEYE_NUMBA_CACHE_DIR": stale}
@@ -164,7 +159,6 @@ def test_folder_inherited_from_a_parent_is_not_a_choice(package: Path, tmp_path:
     assert found.is_relative_to(tmp_path / "cache")
 
 
-@pytest.mark.slow
 def test_numba_imported_before_still_uses_the_folder(package: Path, tmp_path: Path) -> None:
     program = "import numba; " + ASK + "print(cache_directory() == type(cache_directory())("
     program += "jit.compiler().config.CACHE_DIR))"
@@ -182,14 +176,12 @@ def test_compiler_waits_for_the_first_call(package: Path, tmp_path: Path) -> Non
     assert (printed[0], printed[1].split()[1:]) == ("False", ["True", "1"])
 
 
-@pytest.mark.slow
 def test_kernel_is_found_by_its_name_in_other_processes(package: Path, tmp_path: Path) -> None:
     program = "import pickle; from adeye.outer import outer; again = pickle.loads("
     program += "pickle.dumps(outer)); print(again is outer)"
     assert run(program, package, XDG_CACHE_HOME=str(tmp_path / "cache")) == ["True"]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("is_taken", [False, True])
 def test_unwritable_cache_has_a_fallback(package: Path, tmp_path: Path, *, is_taken: bool) -> None:
     (tmp_path / "file").touch()
@@ -206,7 +198,6 @@ def test_unwritable_cache_has_a_fallback(package: Path, tmp_path: Path, *, is_ta
     assert private.stat().st_mode & 0o077 == 0
 
 
-@pytest.mark.slow
 def test_relative_cache_home_is_ignored(package: Path, tmp_path: Path) -> None:
     found = folder_of(package, XDG_CACHE_HOME="here", HOME=str(tmp_path))
     assert found.parent == tmp_path / ".cache" / "adeye" / "numba"

@@ -131,7 +131,6 @@ def test_an_error_in_a_linked_kernel_reaches_python() -> None:
         rooted(-1.0)
 
 
-@pytest.mark.slow
 def test_a_literal_takes_no_function_of_its_own() -> None:
     compile_anew(total_of, np.ones(2))
     compile_anew(sum_of_ramps, 2)
@@ -166,7 +165,6 @@ def moved_twice(values: Floats) -> float:
     return float(moved(moved(values)).sum())
 
 
-@pytest.mark.slow
 def test_arrays_can_be_computed_with_as_a_whole() -> None:
     for _ in range(2):
         assert moved(np.array([4.0, 9.0])).tolist() == [3.0, 4.0]

@@ -168,7 +168,6 @@ def test_stack_may_be_full() -> None:
     )
 
 
-@pytest.mark.slow
 def test_columns_are_the_scalars_in_a_row() -> None:
     values = np.array([-1.0, 0.0, 0.5, 2.0, NAN, INF])
     code = CODES["log"]

@@ -110,7 +110,6 @@ def ways(
     return body, way
 
 
-@pytest.mark.slow
 def test_lane_change_is_completed_and_no_more() -> None:
     body, way = ways(20.0, 1.0)
     assert way[:, profiles.WAY_S] == pytest.approx(20.0 * TIMES)

@@ -223,7 +223,6 @@ def test_cut_ins_whose_sideways_speed_grows_agree(model: str) -> None:
     compare(scenes, model, 0.1, second.outcomes((scenes, model, 0.1)))
 
 
-@pytest.mark.slow
 def test_growth_that_takes_no_time_is_none() -> None:
     rows = table_of(sample_of_cut_ins()[:: max(3, SPARSE - 3)])
     fast, none = rows.copy(), rows.copy()
@@ -239,7 +238,6 @@ def test_growth_that_takes_no_time_is_none() -> None:
             assert np.mean(unlike) < 0.03
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("model", ["cc", "fsm", "rss"])
 def test_verdicts_in_scenes_as_published_are_those_of_the_published_code(model: str) -> None:
     scenes = [
@@ -263,7 +261,6 @@ def test_verdicts_in_scenes_as_published_are_those_of_the_published_code(model: 
     assert len(unlike) <= len(scenes) // 1000
 
 
-@pytest.mark.slow
 def test_longer_delay_of_the_second_implementation_is_found() -> None:
     # The comparison must fail for a driver that is three steps late.
     scenes = sample_of_cut_ins()[::7]

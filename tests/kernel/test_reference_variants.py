@@ -173,7 +173,6 @@ def bits(scenes: Sequence[Scene], model: str, names: tuple[str, ...]) -> bytes:
 SILENT = sorted(set(product(VARIANTS, MODELS)) - set(WHERE))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("name", "model"), SILENT)
 def test_variant_of_another_model_changes_no_bit(name: str, model: str) -> None:
     for kind in ("cut-ins", "cut-outs", "leads"):
@@ -207,7 +206,6 @@ def test_whole_of_one_program_is_the_sum_of_its_variants() -> None:
         assert bits(scenes, model, (group,)) == bits(scenes, model, tuple(sorted(GROUPS[group])))
 
 
-@pytest.mark.slow
 def test_wrong_variant_of_the_second_implementation_is_found() -> None:
     # The comparison must fail where one of the two does not know the difference.
     scenes = narrow_cut_ins()[::3]
@@ -227,7 +225,6 @@ def test_guard_is_the_look_at_the_next_tick_where_that_comes_after_a_tenth_of_a_
         assert bits(scenes, "reg157", ("jrc-guard",)) == bits(scenes, "reg157", ())
 
 
-@pytest.mark.slow
 def test_guard_lets_the_rule_brake_up_to_a_tenth_of_a_second_earlier() -> None:
     table = agreement.table_of(narrow_cut_ins()[::SPARSE])
     text, guarded = (
@@ -241,7 +238,6 @@ def test_guard_lets_the_rule_brake_up_to_a_tenth_of_a_second_earlier() -> None:
     assert np.mean(earlier > 0.08) > 0.5
 
 
-@pytest.mark.slow
 def test_rule_without_reaction_brakes_as_late_and_at_once() -> None:
     table: Any = agreement.table_of(narrow_cut_ins()[::SPARSE])
     text, esmini = (

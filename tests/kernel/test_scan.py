@@ -105,7 +105,6 @@ def test_no_beam_is_outside_of_the_field_of_view() -> None:
 # --- where they meet it ---------------------------------------------------------------------------
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("level", [False, True])
 def test_wall_ahead_is_at_its_distance_over_the_cosine(level: bool) -> None:  # noqa: FBT001
     table, _ = beams_of(31, 60.0 * DEGREE)
@@ -113,7 +112,6 @@ def test_wall_ahead_is_at_its_distance_over_the_cosine(level: bool) -> None:  # 
     assert found == pytest.approx(10.0 / np.cos(table[subject.BEAM_BEARING]))
 
 
-@pytest.mark.slow
 def test_level_beams_meet_what_any_beams_meet() -> None:
     table, _ = beams_of(720, 2.0 * math.pi, yaw=0.4)
     for box in ((8.0, 3.0, 0.3), (-6.0, -4.0, 2.0), (0.5, 12.0, -1.0), (1.0, 0.5, 0.2)):

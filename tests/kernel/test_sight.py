@@ -109,7 +109,6 @@ def test_corners_are_those_that_no_other_lies_beyond() -> None:
             assert look[sight.LEFT_X] * y - look[sight.LEFT_Y] * x <= 1e-9
 
 
-@pytest.mark.slow
 def test_many_boxes_look_as_each_of_them_does() -> None:
     boxes, sizes = drawn(503)
     boxes[11, 0], boxes[12, 2] = math.nan, math.inf
@@ -189,7 +188,6 @@ def test_walls_on_both_sides_that_meet_ahead_by_a_few_degrees() -> None:
     assert sight.visible_fraction(0.0, 0.0, 1, objects, sizes) == 1.0
 
 
-@pytest.mark.slow
 def test_unknown_place_has_no_visible_share() -> None:
     objects, sizes = scene((20.0, 0.0, 0.0, 4.0, 2.0), (10.0, math.nan, 0.0, 4.0, 2.0))
     assert math.isnan(sight.visible_fraction(0.0, 0.0, 0, objects, sizes))

@@ -120,7 +120,6 @@ def test_narrow_shoulder_is_none() -> None:
     assert there.tolist() == [1.0, 1.0, 0.0, 0.0]
 
 
-@pytest.mark.slow
 def test_in_a_curve_the_lane_is_followed_and_straight_on_leaves_the_road() -> None:
     made = paths(1.75, 30.0, lane=0, curvature=1.0 / 300.0)
     assert profiles.at_path(made[stops.IN_LANE], 100.0)[0] == pytest.approx(1.75)
@@ -323,7 +322,6 @@ def test_every_level_stands_in_the_middle_of_the_bay() -> None:
         assert hardest == pytest.approx(stops.stop_level(RECORD, level))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("speed", [8.0, 15.0, 25.0, 33.0])
 @pytest.mark.parametrize("shoulder", [0.0, 2.5])
 @pytest.mark.parametrize("level", range(stops.STOP_LEVELS))

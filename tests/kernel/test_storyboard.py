@@ -109,7 +109,6 @@ def test_braking_with_limited_jerk_stops_after_the_closed_form_distance() -> Non
     assert np.abs(steps).max() <= jerk * STEP + 1e-9
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("target", [0.0, 12.0, 30.0])
 @pytest.mark.parametrize("rate", [1.5, 6.0])
 def test_new_target_during_braking_is_met_without_a_jump(target: float, rate: float) -> None:
@@ -401,7 +400,6 @@ def test_a_change_of_speed_goes_on_along_the_road_as_it_did_across_it(jerk: floa
     np.testing.assert_allclose(along, across, rtol=0.0, atol=1e-9)
 
 
-@pytest.mark.slow
 def test_what_is_written_of_random_storyboards_agrees_and_wheels_can_do_it() -> None:
     random = np.random.default_rng(25)
     step, ticks = 0.04, 160

@@ -71,7 +71,6 @@ def test_playing_stops_at_the_end_and_starts_again_from_the_beginning(tab: Brows
     tab.wait(lambda: 0 < tab.run(TICK) < last)
 
 
-@pytest.mark.slow
 def test_scrubbing_moves_views_plots_and_readouts_together(tab: Browser, page: Path) -> None:
     names = ["world", "belief", "strip"]
     before = [picture(tab, name) for name in names]
@@ -86,7 +85,6 @@ def test_scrubbing_moves_views_plots_and_readouts_together(tab: Browser, page: P
     assert_quiet(tab, page)
 
 
-@pytest.mark.slow
 def test_keys_play_step_and_change_the_run(tab: Browser) -> None:
     tab.run("document.getElementById('replays').scrollIntoView()")
     tab.run("document.getElementById('player').focus()")
@@ -176,7 +174,6 @@ def test_names_are_text_and_never_run(browser: Browser, tmp_path: Path) -> None:
     assert_quiet(browser, path)
 
 
-@pytest.mark.slow
 def test_grid_map_is_drawn_with_its_keys_and_can_be_hidden(tab: Browser, page: Path) -> None:
     keys = str(tab.run("document.getElementById('keys').textContent"))
     assert "cell rated 1, 3, 7 to stand on" in keys
@@ -190,7 +187,6 @@ def test_grid_map_is_drawn_with_its_keys_and_can_be_hidden(tab: Browser, page: P
     assert_quiet(tab, page)
 
 
-@pytest.mark.slow
 def test_fan_is_drawn_with_its_key_and_can_be_hidden(tab: Browser, page: Path) -> None:
     tab.run("scrub.value = 30; scrub.dispatchEvent(new Event('input'))")
     shown = picture(tab, "belief")
@@ -203,7 +199,6 @@ def test_fan_is_drawn_with_its_key_and_can_be_hidden(tab: Browser, page: Path) -
     assert_quiet(tab, page)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("dark", [False, True])
 def test_argument_unfolds_and_scrolls_inside_of_its_box(
     browser: Browser, page: Path, *, dark: bool
@@ -222,7 +217,6 @@ def test_argument_unfolds_and_scrolls_inside_of_its_box(
     assert browser.problems == []
 
 
-@pytest.mark.slow
 def test_filter_leaves_the_timing_of_one_architecture(browser: Browser, page: Path) -> None:
     browser.open(page)
     shown = (

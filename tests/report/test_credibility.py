@@ -3,8 +3,6 @@
 from pathlib import Path
 from typing import Any
 
-import pytest
-
 from adeye.report import credibility
 from adeye.report.formats.json import parse_json, render_json
 from adeye.report.model.report import Report
@@ -60,7 +58,6 @@ def test_text_names_what_was_not_detected() -> None:
     assert "not detected: ghost; good twins rejected: late" in bad.text
 
 
-@pytest.mark.slow
 def test_page_and_json_say_it_or_that_it_was_not_run(report: Report) -> None:
     assert report.self_test is None
     assert credibility.NOT_RUN in render(report)

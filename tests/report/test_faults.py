@@ -107,7 +107,6 @@ def test_page_has_a_bar_for_every_group(measured: Report) -> None:
     assert runs == {group.worst.run for group in told(measured).groups}
 
 
-@pytest.mark.slow
 def test_runs_that_depend_on_the_machine_are_counted_at_the_top(plain: Report) -> None:
     assert plain.machine_dependent == 0
     assert "wall-clock" not in render(plain)

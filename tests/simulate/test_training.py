@@ -89,7 +89,6 @@ def test_vector_form_is_the_single_one_side_by_side() -> None:
     vector.close()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("rate", "delay"), [("20 Hz", "0 s"), ("20 Hz", "0.05 s"), ("10 Hz", "0.1 s")]
 )

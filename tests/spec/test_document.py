@@ -152,7 +152,6 @@ BOMBS = [
 ]
 
 
-@pytest.mark.slow
 def test_a_hundred_bombs_are_refused_at_once() -> None:
     assert len(BOMBS) >= 100
     for bomb in BOMBS:
@@ -169,7 +168,6 @@ def test_depth_is_capped() -> None:
     assert error.where == SourceLocation("f.yaml", 1, MAX_DEPTH + 1)
 
 
-@pytest.mark.slow
 def test_nodes_are_capped_with_aliases_counted() -> None:
     # The outer list, the inner list of 9 and its aliases: 1 + 10 * n nodes.
     def document(repeats: int) -> str:
@@ -234,7 +232,6 @@ PIECES = [
 ]
 
 
-@pytest.mark.slow
 @settings(max_examples=400)
 @given(st.text(max_size=40) | st.lists(st.sampled_from(PIECES), max_size=20).map("".join))
 def test_any_text_is_a_document_or_an_input_error_with_its_place(text: str) -> None:
@@ -245,7 +242,6 @@ def test_any_text_is_a_document_or_an_input_error_with_its_place(text: str) -> N
     assert (place.path, place.line >= 1, place.column >= 1) == ("f.yaml", True, True)
 
 
-@pytest.mark.slow
 @settings(max_examples=200)
 @given(st.binary(max_size=60))
 def test_any_bytes_are_a_document_or_an_input_error(
@@ -381,7 +377,6 @@ def test_long_value_is_cut() -> None:
     assert len(line) < 300
 
 
-@pytest.mark.slow
 def test_many_problems_are_counted_and_the_first_listed() -> None:
     text = "\n".join(["rig: a", "speed: 1 m/s", *(f"k{k}: 1" for k in range(20_000))])
     document = parse_document(text, "f.yaml")

@@ -164,7 +164,6 @@ def test_nested_membership_stays_small() -> None:
     assert len(read_steps(text)) < len(text)
 
 
-@pytest.mark.slow
 @settings(max_examples=300)
 @given(st.text(max_size=60) | st.lists(st.sampled_from(WORDS), max_size=25).map(" ".join))
 def test_any_text_is_steps_or_an_expression_error(text: str) -> None:
@@ -245,7 +244,6 @@ def test_program_agrees_with_columns(text: str, values: list[float]) -> None:
         assert found == float(wanted)
 
 
-@pytest.mark.slow
 @settings(max_examples=100)
 @given(
     text=EXPRESSIONS, rows=st.lists(st.tuples(NUMBERS, NUMBERS, NUMBERS), min_size=1, max_size=5)
@@ -331,7 +329,6 @@ def test_a_relation_that_divides_by_zero_names_the_point() -> None:
 DECIMALS = st.integers(-20, 40).map(lambda count: 5 * count)
 
 
-@pytest.mark.slow
 @given(parts=st.lists(DECIMALS, min_size=1, max_size=4), unit=st.sampled_from(["km/h", "m", "deg"]))
 @example(parts=[20, 45], unit="km/h")
 def test_a_sum_of_decimals_on_a_limit_counts_as_on_it(parts: list[int], unit: str) -> None:
@@ -427,7 +424,6 @@ def test_stack_of_a_program_is_exact() -> None:
     assert to_program(parse("a in [1, 2, 3]"), INDEX).stack == 3
 
 
-@pytest.mark.slow
 @settings(max_examples=300)
 @given(st.text("abx.()[]<>=+-*/'\" 0123456789mskh^²,eEnotrd_if", max_size=40))
 def test_any_text_gives_an_answer_or_an_expression_error(text: str) -> None:

@@ -76,7 +76,6 @@ CONTENT = st.recursive(
 MAPPING = st.dictionaries(st.sampled_from("abc"), CONTENT)
 
 
-@pytest.mark.slow
 @given(base=MAPPING, override=MAPPING)
 def test_merging_twice_is_merging_once_and_leaves_both_as_they_were(
     base: Any, override: Any

@@ -48,7 +48,6 @@ def test_shipped_files_fit_their_schema(kind: str, path: Path) -> None:
     validator(kind).validate(load_document(path).value)
 
 
-@pytest.mark.slow
 def test_schema_refuses_an_unknown_key() -> None:
     content = load_document(ROOT / "odd" / "motorway_chauffeur.yaml").value
     assert not validator("odd").is_valid({**content, "sede": 7})

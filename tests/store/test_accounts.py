@@ -44,7 +44,6 @@ def interrupted(store: Store) -> str:
     return plan.campaign
 
 
-@pytest.mark.slow
 def test_accounts_tell_the_plan_and_what_is_done(store: Store) -> None:
     interrupted(store)
     told = content(store.repository)
@@ -105,7 +104,6 @@ def test_altered_account_is_named(store: Store, table: Any, column: str, change:
     assert any(item.row == " ".join(named) for item in told)
 
 
-@pytest.mark.slow
 def test_what_is_accounted_for_is_no_part_of_the_hash_of_results(store: Store) -> None:
     campaign = store.campaign(8)
     before = store.result_hash(campaign)

@@ -156,7 +156,6 @@ def test_deleted_row_is_named(store: Store, table: str, condition: str, row: str
     assert any(item.table == table and expected in item.row for item in found)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "gone", ["seal WHERE run_number = 4", "ledger WHERE number = (SELECT max(number) FROM ledger)"]
 )

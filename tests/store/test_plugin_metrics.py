@@ -26,7 +26,6 @@ def complete(store: Store, metrics: Any, *, plugin: str = "comfort", **changes: 
     return str(runs[0].result_digest)
 
 
-@pytest.mark.slow
 def test_metrics_of_a_plugin_have_a_wide_table_of_their_own(store: Store) -> None:
     result = complete(store, COMFORT)
     stored = store.run(result)
@@ -38,7 +37,6 @@ def test_metrics_of_a_plugin_have_a_wide_table_of_their_own(store: Store) -> Non
     assert store.repository.verify() == ()
 
 
-@pytest.mark.slow
 def test_new_metric_makes_another_table_and_keeps_the_first(store: Store) -> None:
     complete(store, COMFORT)
     store.example.thresholds["FSR1"] = "3 m"
@@ -48,7 +46,6 @@ def test_new_metric_makes_another_table_and_keeps_the_first(store: Store) -> Non
     assert store.repository.verify() == ()
 
 
-@pytest.mark.slow
 def test_run_without_metrics_of_a_plugin_has_none(store: Store) -> None:
     complete(store, COMFORT)
     store.example.with_odd("2")
@@ -57,7 +54,6 @@ def test_run_without_metrics_of_a_plugin_has_none(store: Store) -> None:
     assert stored.plugin_metrics == {}
 
 
-@pytest.mark.slow
 def test_same_metrics_again_are_kept_once_and_others_are_an_error(store: Store) -> None:
     complete(store, COMFORT)
     store.example.thresholds["FSR1"] = "3 m"
@@ -82,7 +78,6 @@ def test_machine_dependent_result_keeps_its_first_metrics(store: Store) -> None:
     assert list(stored.plugin_metrics.values()) == [COMFORT]
 
 
-@pytest.mark.slow
 def test_rows_of_plugins_are_protected_and_verified(store: Store) -> None:
     stored = store.run(complete(store, COMFORT))
     (table,) = stored.plugin_metrics
@@ -102,7 +97,6 @@ def test_metric_id_must_be_an_identifier(store: Store, name: str) -> None:
     assert store.repository.info().rows["run"] == 0
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("plugin", ["./my plug'in.py:Comfort", f"./{'long' * 20}.py:Comfort"])
 def test_plugin_may_have_any_name(store: Store, plugin: str) -> None:
     longest = {f"{'x' * (LONGEST_COLUMN - 1)}{end}": MetricValue(1.0) for end in "ab"}
@@ -112,7 +106,6 @@ def test_plugin_may_have_any_name(store: Store, plugin: str) -> None:
     assert store.repository.verify() == ()
 
 
-@pytest.mark.slow
 def test_metrics_of_a_plugin_are_in_no_result_hash(store: Store) -> None:
     campaign = store.campaign(2)
     before = store.result_hash(campaign)

@@ -86,7 +86,6 @@ def test_campaign_that_was_only_planned_has_not_run(store: Store) -> None:
     ]
 
 
-@pytest.mark.slow
 def test_another_threshold_makes_evidence_stale_until_it_is_judged(store: Store) -> None:
     store.campaign(8)
     store.example.thresholds["FSR1"] = "another"

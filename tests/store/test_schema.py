@@ -195,7 +195,6 @@ def open_and_close(path: Path, failures: "multiprocessing.Queue[str]") -> None:
         failures.put(repr(error))
 
 
-@pytest.mark.slow
 def test_many_first_users_make_one_database(tmp_path: Path) -> None:
     context = multiprocessing.get_context("fork")
     failures: multiprocessing.Queue[str] = context.Queue()
@@ -210,7 +209,6 @@ def test_many_first_users_make_one_database(tmp_path: Path) -> None:
     assert [process.exitcode for process in processes] == [0] * 6
 
 
-@pytest.mark.slow
 def test_stored_rows_are_never_changed_or_deleted(store: Store) -> None:
     store.everything()
     for table in (item.name for item in tables.INSERT_ONLY):

@@ -273,7 +273,6 @@ def test_scenarios_with_one_identifier_get_two_views(store: Store) -> None:
         assert len(store.rows(f"SELECT * FROM {view}")) == 1  # noqa: S608
 
 
-@pytest.mark.slow
 def test_hostile_names_make_no_sql(store: Store) -> None:
     hostile = "x') FROM run; DROP TABLE run; --"
     cases = [
@@ -294,7 +293,6 @@ def test_parameter_may_be_called_like_a_word_of_sql(store: Store) -> None:
     assert store.rows(f"SELECT {asked} FROM v_runs_cut_in") == [tuple(parameters.values())]  # noqa: S608
 
 
-@pytest.mark.slow
 def test_long_names_that_differ_at_their_end_are_kept_apart(store: Store) -> None:
     """A server cuts names to 63 bytes; scenarios and parameters have longer ones."""
     long = "x" * 63

@@ -65,7 +65,6 @@ def test_steps_without_a_unit_are_numbers(read: Read) -> None:
     assert read("friction", {"from": 0.5, "to": 0.7, "step": 0.1}).texts == (0.5, 0.6, 0.7)
 
 
-@pytest.mark.slow
 @given(start=st.integers(-500, 500), count=st.integers(1, 60), step=st.integers(1, 90))
 def test_steps_are_as_many_as_asked_and_evenly_spaced(start: int, count: int, step: int) -> None:
     from adeye.spec.odd import Steps

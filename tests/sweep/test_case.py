@@ -147,7 +147,6 @@ def test_every_test_case_of_the_shipped_odds_has_the_identity_of_its_row(path: P
     check(expand(load_odd(path)))
 
 
-@pytest.mark.slow
 def test_some_of_a_million_have_the_identity_of_their_rows() -> None:
     expansion = expand(load_odd(ROOT / "odd" / "million.yaml"))
     for start in range(7, expansion.count, 99_991):

@@ -44,7 +44,6 @@ def test_last_axis_varies_fastest() -> None:
     assert (points.raw, points.count) == (6, 6)
 
 
-@pytest.mark.slow
 @given(sizes=st.lists(st.integers(1, 5), min_size=1, max_size=4))
 def test_points_are_all_combinations_once(sizes: list[int]) -> None:
     axes = [axis(f"a{k}", *map(float, range(size))) for k, size in enumerate(sizes)]

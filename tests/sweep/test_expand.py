@@ -132,7 +132,6 @@ def test_random_is_seeded_and_inside_the_ends(load: Load) -> None:
     assert len({p["gap"] for p in first}) == 20
 
 
-@pytest.mark.slow
 def test_a_billion_combinations_are_refused_before_expansion(load: Load) -> None:
     thousand = {"from": "30 m", "to": "59.97 m", "step": "0.03 m"}
     camera = "architecture.sensors.front_camera"

@@ -123,7 +123,6 @@ def test_scenario_with_too_few_situations_for_it_is_refused(adeye: Any, asked: P
     assert adeye("plan", str(asked.write("odd/few.yaml", odd))).code == 0
 
 
-@pytest.mark.slow
 def test_comparison_is_by_verdicts_with_uncertainty(adeye: Any, asked: Project) -> None:
     found = adeye("compare", "--json", "--db", str(asked.db)).document
     text = adeye("compare", "--db", str(asked.db)).out

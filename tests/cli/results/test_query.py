@@ -62,7 +62,6 @@ def test_wrong_statement_is_an_input_error(adeye: Any) -> None:
         assert part in ended.refused
 
 
-@pytest.mark.slow
 def test_saved_queries_are_listed_in_every_form(adeye: Any) -> None:
     for arguments in ((), ("--list",)):
         out = adeye("query", *arguments).out
@@ -91,7 +90,6 @@ def test_no_rows_are_an_answer(adeye: Any, mini: Any, monkeypatch: pytest.Monkey
 ROWS = "SELECT 1 AS a, '=cmd' AS b, 'x\x1b[31m' AS c UNION ALL SELECT 2.5, NULL, 'y'"
 
 
-@pytest.mark.slow
 def test_file_is_written_as_its_name_says(adeye: Any, folder: Any) -> None:
     for name in ("rows.csv", "rows.json", "rows.parquet"):
         ended = adeye("query", ROWS, "-o", name)
@@ -142,7 +140,6 @@ def test_saved_query_is_about_the_campaign_that_is_named(adeye: Any, mini: Any) 
         assert (asked.code, asked.document) == (0, adeye("query", name, *db).document), name
 
 
-@pytest.mark.slow
 def test_own_sql_has_the_campaign_as_a_parameter(adeye: Any, mini: Any) -> None:
     sql = "SELECT COUNT(*) AS runs FROM v_runs WHERE campaign = :campaign"
     arguments = ("--db", str(mini.db), "--format", "csv")

@@ -81,7 +81,6 @@ def test_options_that_do_not_fit_are_usage_errors(adeye: Any, table: str) -> Non
         assert "Traceback" not in said
 
 
-@pytest.mark.slow
 def test_json_tells_what_null_means(adeye: Any, table: str) -> None:
     found = adeye("stl", "always(eventually[0 s, 1 s](gap > 5))", table, "--json").document
     assert found["robustness_status"] == ["value", "+inf"]
@@ -95,7 +94,6 @@ def test_json_tells_what_null_means(adeye: Any, table: str) -> None:
     assert cut["robustness_status"] == ["-inf", "+inf"]
 
 
-@pytest.mark.slow
 def test_window_beyond_any_trace_is_a_trace_that_ends_too_early(adeye: Any, table: str) -> None:
     for last in ("1e3 s", "1e20 s", "1e300 s"):
         done = adeye("stl", f"always(eventually[0 s, {last}](gap > 10))", table, "--json")

@@ -165,7 +165,6 @@ def test_follower_is_who_drives_behind_in_the_path(hand_made: Any) -> None:
     assert measure(beside, "min_rear_ttc_s")[1] == "no_conflict"
 
 
-@pytest.mark.slow
 def test_time_to_collision_converges_with_the_step(hand_made: Any) -> None:
     # The ego brakes: the least time to collision lies between rows. 44 m, 20 m/s, 6 m/s².
     def least(step: float) -> float:

@@ -215,7 +215,6 @@ def computed(metric: type, made: Any) -> MetricColumn:
     return compute_metrics(made.trace())["mean_speed_mps"]
 
 
-@pytest.mark.slow
 def test_one_run_that_a_metric_fails_on_leaves_the_others(
     hand_made: Any, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -266,7 +265,6 @@ def test_value_below_a_mask_is_an_error_of_its_run(hand_made: Any) -> None:
     assert np.isnan(column.value[1])
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
 def test_value_that_is_not_finite_is_an_error(hand_made: Any, bad: float) -> None:
     class Bad(Mean):

@@ -56,7 +56,6 @@ def test_violations_are_counted_and_the_earliest_worst_is_found() -> None:
     assert scans.worst_violations(np.array([2]), rows(np.nan, -1.0))[2][0]
 
 
-@pytest.mark.slow
 def test_gap_counts_only_while_the_ego_stands() -> None:
     gaps = rows(1.0, 5.0, 4.0, 9.0)
     found, codes = scans.worst_at_standstill(np.array([4]), gaps, rows(9.0, 0.0, 0.01, 0.0), 0.05)

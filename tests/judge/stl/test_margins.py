@@ -46,7 +46,6 @@ def compare(text: str, signals: dict[str, Series], held: np.ndarray, worth: np.n
     return BATCH
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_it_is_the_least_that_the_consequent_is_worth_where_the_precondition_held(
     seed: int,
@@ -66,7 +65,6 @@ def test_it_is_the_least_that_the_consequent_is_worth_where_the_precondition_hel
         compare(text, signals, np.array(held), np.array(worth))
 
 
-@pytest.mark.slow
 def test_it_is_what_rtamt_finds_for_precondition_and_consequent_apart() -> None:
     random, compared = Random(77), 0
     for shape, _ in itertools.product(SHAPES[:2], range(20)):

@@ -205,7 +205,6 @@ def test_last_row_that_is_half_open_is_looked_at() -> None:
 INF = float("inf")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("beyond", [-INF, INF, -1.0])
 @pytest.mark.parametrize(("first", "last"), [(0, 0), (0, 3), (2, 2), (1, 6), (9, 12), (0, 40)])
 def test_sliding_maximum_is_the_maximum_of_every_window(

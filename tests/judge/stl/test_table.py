@@ -353,7 +353,6 @@ def test_a_violation_has_place_value_and_threshold_in_its_unit() -> None:
     assert found.horizon_s == pytest.approx(0.3)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("factor", [0.125, 1.5, 2.0, 1000.0])
 @pytest.mark.parametrize(
     ("formula", "worth"),

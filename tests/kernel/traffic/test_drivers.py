@@ -66,7 +66,6 @@ def test_a_close_leader_brakes_no_harder_than_the_limit() -> None:
     assert acceleration(road, rear) == -k.MAX_ACCELERATION
 
 
-@pytest.mark.slow
 def test_a_fixed_object_ahead_is_braked_for_and_asked_for_nothing() -> None:
     road = LaneRoad(1)
     rear = road.put(0, 100.0, 20.0)
@@ -199,7 +198,6 @@ def test_few_and_many_decide_alike_on_a_road_that_they_share(vehicles: int) -> N
     np.testing.assert_array_equal(found[0][1], found[1][1])
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["straight", "curved", "intersection"])
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_acceleration_behind_anybody_is_highway_env_s(kind: str, seed: int) -> None:
@@ -218,7 +216,6 @@ def test_acceleration_behind_anybody_is_highway_env_s(kind: str, seed: int) -> N
                 assert found == pytest.approx(expected, rel=1e-9, abs=1e-12)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["straight", "curved"])
 def test_decisions_of_a_tick_are_highway_env_s(kind: str) -> None:
     changes = 0

@@ -77,7 +77,6 @@ def test_local_place_of_a_point_leads_back_to_the_point(name: str) -> None:
             assert k.lane_local(lanes, 0, x, y) == pytest.approx((s, lateral), abs=1e-11)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", LANES)
 @pytest.mark.parametrize("margin", [0.0, 1.0])
 def test_what_is_on_a_lane_or_reaches_it_is_highway_env_s_answer(name: str, margin: float) -> None:

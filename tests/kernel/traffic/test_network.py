@@ -59,7 +59,6 @@ def looked_for(lanes: Floats, x: float, y: float, heading: float) -> tuple[int, 
     return (number, *found[number])
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("kind", ROADS)
 def test_nearest_lane_is_found_from_any_guess_to_the_bit(kind: str) -> None:
     road = ROADS[kind](connected=True)
@@ -81,7 +80,6 @@ def test_nearest_lane_is_highway_env_s_closest_lane(kind: str) -> None:
         assert names[found] == road.network.get_closest_lane_index(np.array([x, -y]), -heading)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("kind", ROADS)
 def test_next_lane_is_highway_env_s_without_a_route(kind: str) -> None:
     road = ROADS[kind](connected=True)

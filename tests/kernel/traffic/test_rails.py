@@ -302,7 +302,6 @@ SUMO = {
 }
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("place", SUMO)
 def test_narrow_places_are_passed_as_by_the_drivers_of_sumo(place: str) -> None:
     figures = count_rails(PLACES[place])

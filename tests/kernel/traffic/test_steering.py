@@ -21,7 +21,6 @@ POSES = [
 ]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["straight", "curved"])
 def test_steering_is_highway_env_s(kind: str) -> None:
     road = scene(kind, 11, 6)
@@ -64,7 +63,6 @@ def test_a_hard_turn_is_at_the_limit_of_the_wheels_in_both_arithmetics() -> None
     assert math.sin(math.atan(0.5 * math.tan(math.pi / 3.0))) == pytest.approx(k.MAX_SLIP_SINE)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["straight", "curved"])
 def test_a_step_is_highway_env_s_bicycle(kind: str) -> None:
     road = scene(kind, 12, 6)
@@ -82,7 +80,6 @@ def test_a_step_is_highway_env_s_bicycle(kind: str) -> None:
         assert ours.vehicles[who, :4].tolist() == pytest.approx(expected, abs=1e-12)
 
 
-@pytest.mark.slow
 def test_both_arithmetics_move_alike() -> None:
     slow, quick = LaneRoad(), LaneRoad()
     for road in (slow, quick):
@@ -169,7 +166,6 @@ def test_locate_finds_lane_and_place() -> None:
     assert road.vehicles[who, [n.S, n.LATERAL]].tolist() == [77.0, 0.5]
 
 
-@pytest.mark.slow
 def test_locating_the_drivers_leaves_everybody_else() -> None:
     road = LaneRoad()
     driver, placed = road.put(0, 50.0), road.put(0, 90.0, role=n.PLACED)

@@ -45,7 +45,6 @@ def test_folder_has_every_table_and_says_what_it_is(tmp_path: Path, mini: Any, f
     assert list(folder.parent.iterdir()) == [folder]
 
 
-@pytest.mark.slow
 def test_queries_over_views_run_over_the_files(tmp_path: Path, mini: Any) -> None:
     from adeye.store.read.query import run_query
 

@@ -253,7 +253,6 @@ def test_without_a_baseline_the_answer_is_that_of_the_run(
     assert (result.own, result.changes) == ((), ())
 
 
-@pytest.mark.slow
 def test_baseline_of_the_campaign_itself_finds_nothing(
     mini: Executed, result: GateResult, tmp_path: Path
 ) -> None:

@@ -167,7 +167,6 @@ def test_label_leaves_a_drawn_line_free_if_it_can() -> None:
     assert moved.box.bottom <= line.top or moved.box.right <= line.left
 
 
-@pytest.mark.slow
 def test_no_room_is_no_label_rather_than_one_on_another() -> None:
     dots = [(300.0, 100.0)] * 200
     labels = charts.place_labels([f"a_rather_long_name_{at}" for at in range(200)], dots, AREA)

@@ -117,7 +117,6 @@ def test_sensors_have_their_view_and_what_they_report(replay: Replay, trace: Tra
     assert (pose.range_m, pose.fov_rad) == (None, None)
 
 
-@pytest.mark.slow
 def test_what_a_failed_part_gives_instead_of_a_number_is_a_gap(trace: Trace) -> None:
     columns: dict[str, Any] = {name: values.copy() for name, values in trace.columns.items()}
     columns["acceleration"][1, 5, 0], columns["steering_angle"][1, 6, 0] = math.nan, math.inf
@@ -163,7 +162,6 @@ def changed_road(trace: Trace, **changes: Any) -> Trace:
 LIDAR = {"kind": "lidar", "fidelity": "physical", "mount": {"x": 2.0, "z": 0.6}, "range": 150.0}
 
 
-@pytest.mark.slow
 def test_returns_of_a_lidar_are_drawn_once_per_sample(mini: Executed) -> None:
     case = mini.plan.cases[0]
     content = case.architecture.model_dump(mode="json")
@@ -185,7 +183,6 @@ def test_returns_of_a_lidar_are_drawn_once_per_sample(mini: Executed) -> None:
     assert returns[40] == returns[41] != returns[42]
 
 
-@pytest.mark.slow
 def test_bend_is_drawn_in_short_pieces_on_the_arc(trace: Trace) -> None:
     road: RoadMap = trace.layout.context.road
     segments = road.segments.copy()
@@ -199,13 +196,11 @@ def test_bend_is_drawn_in_short_pieces_on_the_arc(trace: Trace) -> None:
     assert [edge.x_m[0], edge.y_m[0]] == pytest.approx([x, y], abs=1e-3)
 
 
-@pytest.mark.slow
 def test_road_without_a_shoulder_has_none(trace: Trace) -> None:
     shoulder = np.zeros_like(trace.layout.context.road.shoulder)
     assert drawn(changed_road(trace, shoulder=shoulder)).road.shoulder is None
 
 
-@pytest.mark.slow
 def test_static_objects_are_boxes_and_no_actors(mini: Executed) -> None:
     content = mini.project.read("scenarios_db/motorway/cut_in.yaml")
     size = {"length": "10 m", "width": "2.5 m", "height": "3.8 m"}
@@ -219,7 +214,6 @@ def test_static_objects_are_boxes_and_no_actors(mini: Executed) -> None:
     assert box.y_m == pytest.approx(-1.5)
 
 
-@pytest.mark.slow
 def test_a_bay_is_drawn_with_its_corners(trace: Trace) -> None:
     road = trace.layout.context.road
     runs = road.shoulder.shape[0]

@@ -52,7 +52,6 @@ def test_grid_and_nothing_judged_say_that_there_is_no_probability(report: Report
     assert "No probability is stated." in section(report, "confidence", confidence=claims())
 
 
-@pytest.mark.slow
 def test_mandatory_fsrs_without_a_statement_are_named(report: Report) -> None:
     assert "Nothing is said about FSR-03 , though mandatory" in section(report, "confidence")
     two = claims(

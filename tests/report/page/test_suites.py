@@ -140,7 +140,6 @@ def test_each_suite_has_drawings_and_tables_and_tells_what_it_shows(tree: Any) -
     assert "Each target stands alone" in tree.text_content()
 
 
-@pytest.mark.slow
 def test_text_of_a_file_changes_no_element() -> None:
     payload = "</style><script>alert(1)</script><svg onload='x'>"
 

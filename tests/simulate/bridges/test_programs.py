@@ -39,7 +39,6 @@ def test_each_answers_its_own_line(children: Children) -> None:
     assert answers == {number: f"line {number}".encode() for number in range(4)}
 
 
-@pytest.mark.slow
 def test_all_are_waited_for_at_the_same_time(children: Children) -> None:
     for number in range(3):
         start(children, number, SLEEP)

@@ -148,7 +148,6 @@ def test_a_process_without_a_group_of_its_own_is_signalled(monkeypatch: pytest.M
     assert sent == [7]
 
 
-@pytest.mark.slow
 def test_program_that_does_not_listen_is_killed(warden: Warden) -> None:
     stdout = warden.start(
         "import signal, time\nsignal.signal(15, signal.SIG_IGN)\nprint(1, flush=True)\n"

@@ -58,7 +58,6 @@ def bits(command: ControlCommand, run: int = 0) -> bytes:
     return b"|".join(item[run].tobytes() for item in arrays if item is not None)
 
 
-@pytest.mark.slow
 @ALL
 @pytest.mark.parametrize("hook", HOOKS)
 def test_fault_acts_from_its_onset_in_its_run_only(kind: Any, parameters: Any, hook: str) -> None:
@@ -114,7 +113,6 @@ def told(items: list[ControlCommand], run: int = 0) -> list[tuple[int, list[list
     ]
 
 
-@pytest.mark.slow
 @SAFE
 def test_frozen_monitors_confirm_nothing_new_until_the_end(kind: Any, parameters: Any) -> None:
     # Something stands so near that the monitors fire from the first tracks on.
@@ -137,7 +135,6 @@ def test_frozen_monitors_change_no_bit_where_nothing_would(kind: Any, parameters
     assert list(map(bits, faulty)) == list(map(bits, plain))
 
 
-@pytest.mark.slow
 @SAFE
 def test_monitors_and_requests_go_on_while_a_planner_is_frozen(kind: Any, parameters: Any) -> None:
     plain = play(kind, parameters, gap=60.0)

@@ -65,7 +65,6 @@ def test_stopped_lead_first_seen_at_150_m_is_not_touched(kind: str, latency: int
     assert kind == "nominal" or done.proposals[:, 0, 0].min() > -4.5
 
 
-@pytest.mark.slow
 @by_both
 def test_slower_lead_is_followed_at_the_time_gap(kind: str) -> None:
     """Of the one that plans, it comes out of the costs: there is no car-following law in it."""

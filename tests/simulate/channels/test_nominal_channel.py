@@ -34,7 +34,6 @@ def run(world: World, horizon: float, *, desired: float = 30.0, **parameters: An
     return drive({"nominal": channel}, {"nominal": LINKS}, world, horizon=horizon)
 
 
-@pytest.mark.slow
 def test_emergency_braking_is_used_only_above_its_threshold() -> None:
     early = World(objects=lambda _: [[300.0, LANE, 0.0, 0.0, 0.0]], speed=20.0)
     gentle = run(early, 25.0, desired=20.0)

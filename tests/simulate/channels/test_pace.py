@@ -104,7 +104,6 @@ def test_pace_is_a_number_above_zero(factor: float) -> None:
     refused(UsageError, Pace, factor, says="the pace is")
 
 
-@pytest.mark.slow
 def test_bits_are_the_same_at_a_pace(make_project: MakeProject) -> None:
     project = make_project(cut_ins("paced", "30 m", "50 m"))
     plan = project.plan()

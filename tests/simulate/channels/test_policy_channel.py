@@ -53,7 +53,6 @@ def ask(channel: Any, speeds: list[float], *, ticks: int = 1, alive: bool = True
     return answer  # type: ignore[no-any-return]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", ["keep", "Predictor", "network", "Batched"])
 def test_conforms(folder: Path, name: str) -> None:
     check_channel(lambda: subject.PolicyChannel(folder), parameters(name))
@@ -86,7 +85,6 @@ def test_answer_that_is_no_action_is_an_invalid_output(folder: Path) -> None:
         assert detail in channel.events[0].detail
 
 
-@pytest.mark.slow
 def test_action_is_cut_to_what_the_vehicle_can_follow(folder: Path) -> None:
     answer = ask(made(folder, "beyond"), [20.0])
     assert answer.acceleration.tolist() == [3.0]

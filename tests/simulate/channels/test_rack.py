@@ -284,7 +284,6 @@ def test_plugin_gets_its_parameters_and_keeps_its_monitors(folder: Path) -> None
     assert answered("./mine.py:Batch", folder).status.tolist() == [OK]
 
 
-@pytest.mark.slow
 def test_plugins_conform(folder: Path) -> None:
     for name in ("Mine", "Batch"):
         check_channel(lambda name=name: make_channel(f"./mine.py:{name}", folder), {})

@@ -178,7 +178,6 @@ def test_conforms(model: str) -> None:
     )
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("model", list(columns.MODELS))
 def test_follows_at_its_own_distance(model: str) -> None:
     speed, road = 20.0, straight_road()
@@ -257,7 +256,6 @@ def nothing() -> Floats:
     return np.zeros((subject.THINGS, subject.THING_SIZE))
 
 
-@pytest.mark.slow
 def test_speed_and_acceleration_follow_from_places() -> None:
     things = nothing()
     for tick in range(5):

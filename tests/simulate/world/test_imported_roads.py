@@ -278,7 +278,6 @@ def test_nobody_drives_by_a_limit_that_lacks_its_unit(tmp_path: Path) -> None:
     refused(InputError, project.plan, says="lead_braking.*468 km/h, above any that is posted")
 
 
-@pytest.mark.slow
 def test_a_map_that_has_fewer_places_by_now_is_what_was_edited(tmp_path: Path) -> None:
     project = project_of(tmp_path / "p", 0, "all")
     with project.edited("scenarios_db/motorway/lead_braking.yaml") as scenario:

@@ -67,7 +67,6 @@ def test_sessions_tell_who_and_with_what(repository: Repository, campaign: str) 
     assert repository.evidence.sessions("none") == ()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("verdict", [Verdict.PASS, Verdict.FAIL])
 def test_withdrawn_result_is_no_evidence_in_any_campaign(store: Store, verdict: Verdict) -> None:
     store.example.requirements = store.example.requirements[:1]
@@ -201,7 +200,6 @@ def test_nothing_is_proven_of_no_leaf() -> None:
         refused(ValueError, tree.proof, says="there is no leaf")
 
 
-@pytest.mark.slow
 def test_sums_of_a_campaign_do_not_change_with_another_one(store: Store) -> None:
     campaign = store.campaign(4)
     before = store.repository.evidence.sums(campaign)
@@ -257,7 +255,6 @@ def test_rows_are_read_in_parts(store: Store, monkeypatch: pytest.MonkeyPatch) -
     assert store.repository.evidence.computed_root(campaign) == whole
 
 
-@pytest.mark.slow
 def test_altered_evidence_of_a_complete_campaign_is_refused(store: Store) -> None:
     campaign = store.campaign(8)
     root = known(store.repository.evidence.record_root(campaign))
@@ -274,7 +271,6 @@ def test_altered_evidence_of_a_complete_campaign_is_refused(store: Store) -> Non
     assert "campaign_root" in {item.table for item in store.repository.verify()}
 
 
-@pytest.mark.slow
 def test_root_without_its_plan_is_a_finding(store: Store) -> None:
     store.repository.evidence.record_root(store.campaign(4))
     unguarded(store.raw)
@@ -285,7 +281,6 @@ def test_root_without_its_plan_is_a_finding(store: Store) -> None:
 FINDING = {"run": "ab", "first_tick": 100}
 
 
-@pytest.mark.slow
 def test_certificates_come_back_the_newest_first(store: Store) -> None:
     conditions = [{"condition": "batches of 7", "runs": 3}]
     record = roots.CertificateRecord(

@@ -92,7 +92,6 @@ def test_planned_run_is_found_and_counts_when_it_is_saved(store: Store) -> None:
     assert (progress.planned, progress.executed, progress.accounted) == (8, 3, 3)
 
 
-@pytest.mark.slow
 def test_ambiguous_prefix_lists_what_it_could_be(store: Store) -> None:
     cases = [store.example.case(4 * ordinal) for ordinal in range(1500)]
     store.plan(cases)
@@ -115,7 +114,6 @@ def test_test_case_can_be_made_again_from_what_is_stored(store: Store) -> None:
     assert store.repository.content("odd", stored.odd_digest) == store.example.odd.content
 
 
-@pytest.mark.slow
 def test_campaign_that_was_planned_again_is_the_latest(store: Store) -> None:
     def latest() -> str:
         found = known(store.repository.latest_campaign())
@@ -176,7 +174,6 @@ def test_hash_of_results_is_that_of_the_plan(tmp_path: Path, example: Any) -> No
     assert len(hashes) == 1
 
 
-@pytest.mark.slow
 def test_hash_of_results_notices_one_different_run(tmp_path: Path, example: Any) -> None:
     changed = {"trace_digest": "f" * 32, "outcome_detail": "f" * 32, "duration_s": 16.0}
     hashes = set()
@@ -233,7 +230,6 @@ def test_waiver_sets_a_gap_aside_until_it_expires_and_hides_no_fail(
     assert store.repository.gate(campaign) == store.repository.gate(campaign, on=date.today())  # noqa: DTZ011
 
 
-@pytest.mark.slow
 def test_worst_runs_come_first(store: Store) -> None:
     store.example.judge(Verdict.FAIL, 4, 8)
     campaign = store.campaign(12)

@@ -321,7 +321,6 @@ def test_no_defect_hides_another(tmp_path: Path, sound_database: bytes) -> None:
     assert hidden == OVERRULED & tried
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "needed", "details"),
     [
@@ -338,7 +337,6 @@ def test_what_is_vacuous_is_found(store: Store, kind: int, needed: int, details:
     assert [item.detail for item in told if item.id == "FSR1"] == details
 
 
-@pytest.mark.slow
 def test_one_view_has_what_all_have(database: Path) -> None:
     sown(database, *DEFECTS[:2], DEFECTS[-1])
     expected = [(item.rule, item.part, item.id, item.detail) for item in violations(database)]
@@ -348,7 +346,6 @@ def test_one_view_has_what_all_have(database: Path) -> None:
         run_query(database, f"SELECT * FROM {rule.view}")
 
 
-@pytest.mark.slow
 def test_a_campaign_is_judged_by_its_own_concept(store: Store) -> None:
     sick = store.campaign(4)
     well = judged_by_it(Example()).campaign(store.repository, 8)

@@ -48,7 +48,6 @@ def of_view(repository: Repository, table: str) -> list[dict[str, Any]]:
     return [{name: row[name] for name in row.keys()} for row in rows]  # noqa: SIM118
 
 
-@pytest.mark.slow
 def test_tables_hold_what_their_views_hold(store: Store) -> None:
     store.example.judge(Verdict.FAIL, 1, 4, 7)
     store.campaign(9)
@@ -63,7 +62,6 @@ def test_tables_hold_what_their_views_hold(store: Store) -> None:
     assert {type(row["mandatory"]) for row in found["verdicts"]} == {bool}
 
 
-@pytest.mark.slow
 def test_parameters_and_verdicts_are_columns(store: Store) -> None:
     store.example.verdict_of = lambda _, fsr: Verdict.FAIL if fsr == "FSR2" else Verdict.PASS
     store.campaign(8)
@@ -91,7 +89,6 @@ def test_missing_result_is_not_run_and_no_row_of_runs(store: Store) -> None:
         assert (source.campaign.planned, source.done) == (4, 0)
 
 
-@pytest.mark.slow
 def test_parts_make_no_difference(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
     store.campaign(10)
     whole = read(store.repository.location)
@@ -103,7 +100,6 @@ def test_parts_make_no_difference(store: Store, monkeypatch: pytest.MonkeyPatch)
     assert sizes == [3, 3, 3, 1]
 
 
-@pytest.mark.slow
 def test_another_database_gives_the_same(tmp_path: Path) -> None:
     one, other = tmp_path / "one.db", tmp_path / "other.db"
     with Repository.open(one) as repository:
@@ -129,7 +125,6 @@ def test_server_gives_the_same_as_a_file(server: Server, repository: Repository)
     assert repr(read(url, campaign)) == repr(read(repository.location, campaign))
 
 
-@pytest.mark.slow
 def test_what_differs_between_executions_is_left_out_unless_asked_for(store: Store) -> None:
     store.campaign(2)
     assert "executed_at" not in read(store.repository.location)["runs"][0]
@@ -137,7 +132,6 @@ def test_what_differs_between_executions_is_left_out_unless_asked_for(store: Sto
     assert with_it["executed_at"].startswith("2026-01-01T00:00:00")
 
 
-@pytest.mark.slow
 def test_hostile_and_mixed_parameters_become_plain_columns(store: Store) -> None:
     plain = store.example.case
 

@@ -223,7 +223,6 @@ def test_however_a_channel_fails_it_is_refused(store: Store, outcome: Outcome) -
     assert_gate(store, ExitCode.INCOMPLETE, f"{outcome} of channel a in 4 runs of new")
 
 
-@pytest.mark.slow
 def test_what_happened_most_often_is_told_and_the_rest_is_counted(store: Store) -> None:
     break_channels(store.example, events=[])
     run = store.example.run
@@ -265,7 +264,6 @@ def test_verdicts_that_hang_on_the_step_are_said_beside_the_green(store: Store) 
     )
 
 
-@pytest.mark.slow
 def test_too_few_exercised_runs_are_vacuous(store: Store) -> None:
     store.example.require(min_exercised=5)
     campaign = store.campaign()
@@ -334,7 +332,6 @@ def test_one_drive_is_one_result_whatever_margins_it_was_given(store: Store) -> 
     assert (found.runs, found.exercised, found.repeated) == (4, 1, 3)
 
 
-@pytest.mark.slow
 def test_withdrawn_results_never_count_below_what_is_left(store: Store) -> None:
     store.example.same_result()
     campaign = store.campaign()
@@ -373,7 +370,6 @@ def test_runs_that_are_waived_are_said_beside_the_green(store: Store) -> None:
     assert_gate(store, ExitCode.OK, "FSR1 for new: 1 run waived", campaign=campaign)
 
 
-@pytest.mark.slow
 def test_one_run_that_asks_for_it_is_enough(store: Store) -> None:
     store.example.repeat(NEEDED)
     store.example.detail_of = lambda case: None if case.ordinal == 3 else never_held([NEEDED])

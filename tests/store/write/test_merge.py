@@ -131,7 +131,6 @@ def test_latest_is_who_was_planned_last_whatever_is_merged_into_what(tmp_path: P
         assert latest(db) == first[4]
 
 
-@pytest.mark.slow
 def test_merging_again_adds_nothing(parts: Path, tmp_path: Path) -> None:
     db = tmp_path / "all.db"
     merged(db, parts / "1.db")
@@ -204,7 +203,6 @@ def refused(into: Path, source: Path, error: type[Exception], words: Sequence[st
         assert repository.info().rows == before
 
 
-@pytest.mark.slow
 def test_altered_source_is_refused_whole_and_named(parts: Path, tmp_path: Path) -> None:
     source = copied(parts, "2.db", tmp_path)
     alter(source, "UPDATE metric SET row_hash = 'x'")
@@ -229,7 +227,6 @@ def test_view_in_the_place_of_a_table_is_refused(mini: Executed, tmp_path: Path)
     refused(tmp_path / "all.db", source, IntegrityError, ["takeover is not a table"])
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("table", "column"), [("run", "result_hash"), ("verdict", "margin")])
 def test_another_result_of_one_test_case_contradicts(
     parts: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, table: str, column: str
@@ -256,7 +253,6 @@ def test_verdict_that_a_deadline_of_the_machine_changed_is_not_lost(
     refused(db, source, IntegrityError, [run[:12], "the first of 2 that depend on the machine"])
 
 
-@pytest.mark.slow
 def test_database_into_itself_and_no_database_are_refused(parts: Path, tmp_path: Path) -> None:
     db, text = copied(parts, "1.db", tmp_path), tmp_path / "text.db"
     text.write_text("not a database, but long enough to look like one\n" * 99)
@@ -472,7 +468,6 @@ def copy_of(repository: Repository, to: str, *campaigns: str) -> Repository:
     return into
 
 
-@pytest.mark.slow
 def test_copy_of_all_campaigns(repository: Repository, two: tuple[str, str], target: str) -> None:
     before = rows_of(repository)
     everyone = [item.id for item in repository.campaigns()]
@@ -492,7 +487,6 @@ def test_copy_of_all_campaigns(repository: Repository, two: tuple[str, str], tar
     assert rows_of(repository) == before
 
 
-@pytest.mark.slow
 def test_copy_of_one_campaign(repository: Repository, two: tuple[str, str], target: str) -> None:
     before = rows_of(repository)
     with copy_of(repository, target, two[0]) as into:
@@ -507,7 +501,6 @@ def test_copy_of_one_campaign(repository: Repository, two: tuple[str, str], targ
         assert {item[0] for item in found["concept"]} < {item[0] for item in before["concept"]}
 
 
-@pytest.mark.slow
 def test_work_goes_on_in_a_copy(store: Store, two: tuple[str, str], target: str) -> None:
     open_one = next(item.id for item in store.repository.campaigns() if item.id not in two)
     store.example.thresholds = {"FSR1": "3 m"}
@@ -522,7 +515,6 @@ def test_work_goes_on_in_a_copy(store: Store, two: tuple[str, str], target: str)
         assert into.verify() == ()
 
 
-@pytest.mark.slow
 def test_database_that_has_campaigns_already_and_unknown_names_are_refused(
     repository: Repository, two: tuple[str, str], tmp_path: Path
 ) -> None:
@@ -621,7 +613,6 @@ def test_altered_source_leaves_no_copy(archive: Path, tmp_path: Path, how: str) 
     assert list(tmp_path.glob("new.db*")) == []
 
 
-@pytest.mark.slow
 def test_wrong_copy_goes(archive: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     old, new = moved(archive, tmp_path), tmp_path / "new.db"
     # As a disk would that keeps something else.

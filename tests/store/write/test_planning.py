@@ -34,7 +34,6 @@ def test_plan_is_committed_before_anything_runs(store: Store) -> None:
     assert (counted["test_case"], counted["scenario"]) == (8, 2)
 
 
-@pytest.mark.slow
 def test_same_selection_is_the_same_campaign_and_changes_no_row(store: Store) -> None:
     campaign = store.campaign()
     before = rows(store.raw)
@@ -71,7 +70,6 @@ def test_whatever_is_selected_makes_another_campaign(store: Store) -> None:
     assert len(set(campaigns.values())) == len(changes), campaigns
 
 
-@pytest.mark.slow
 def test_only_what_is_new_is_executed(store: Store) -> None:
     store.campaign(8)
     store.example.with_odd("2")
@@ -83,7 +81,6 @@ def test_only_what_is_new_is_executed(store: Store) -> None:
     assert store.work_off(plan.campaign) == 4
 
 
-@pytest.mark.slow
 def test_changed_plugin_executes_its_runs_and_no_others(store: Store) -> None:
     store.campaign(8)
     edited = replace(store.example.engine, plugins_digest="edited")
@@ -288,7 +285,6 @@ def test_run_that_exists_needs_only_the_verdicts_it_lacks(store: Store) -> None:
     assert {case.missing_fsrs for case in block.to_judge} == {("FSR1",)}
 
 
-@pytest.mark.slow
 def test_new_threshold_adds_rows_and_keeps_the_old_ones(store: Store) -> None:
     first = store.campaign(4)
     before = store.result_hash(first)

@@ -114,7 +114,6 @@ def test_blocks_that_are_held_are_not_given_out(store: Store, campaign: str) -> 
     assert [case.ordinal for block in held for case in block.cases] == list(range(8))
 
 
-@pytest.mark.slow
 def test_lease_of_a_dead_process_is_taken_over(store: Store, campaign: str) -> None:
     context = multiprocessing.get_context("fork")
     inbox: multiprocessing.Queue[Any] = context.Queue()
@@ -202,7 +201,6 @@ def test_block_that_another_campaign_filled_needs_nothing(store: Store, campaign
     assert store.repository.progress(campaign).accounted == 2
 
 
-@pytest.mark.slow
 def test_failing_block_is_halved_down_to_the_bad_case(store: Store) -> None:
     plan = store.plan(8, block_size=8)
     attempts = 0
@@ -250,7 +248,6 @@ def claim_all(path: Path, outbox: "multiprocessing.Queue[list[int]]") -> None:
         signal.sigwait({signal.SIGTERM})
 
 
-@pytest.mark.slow
 def test_processes_that_claim_at_once_get_different_blocks(store: Store) -> None:
     store.plan(120, block_size=2)
     context = multiprocessing.get_context("fork")
@@ -329,7 +326,6 @@ def test_only_what_is_wanted_is_leased(repository: Repository, partly: str) -> N
     assert rest[-1] is None
 
 
-@pytest.mark.slow
 def test_what_is_cut_is_completed_counted_and_covers_the_plan(store: Store, partly: str) -> None:
     for wanted in (WantedBlocks(mask(1, 2, 6)), WantedBlocks()):
         while (block := store.repository.claim_block(campaign=partly, wanted=wanted)) is not None:

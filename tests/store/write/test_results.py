@@ -70,7 +70,6 @@ def test_first_of_two_machine_dependent_results_in_one_block_is_kept(store: Stor
     assert stored.trace_digest == run.trace_digest
 
 
-@pytest.mark.slow
 def test_same_result_again_is_kept_once(store: Store) -> None:
     store.campaign(4)
     store.example.thresholds["FSR1"] = "3 m"
@@ -247,7 +246,6 @@ def counted(repository: Repository, block: Block, runs: RunBlock) -> Counted | N
         return count_block(connection, block.id, runs)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(12))
 def test_columns_and_rows_count_to_the_same(store: Store, seed: int) -> None:
     campaign, block = planned(store)
@@ -284,7 +282,6 @@ def test_count_is_left_to_the_rows_where_verdicts_or_runs_are_missing(store: Sto
         assert counted(store.repository, block, part) is None
 
 
-@pytest.mark.slow
 def test_results_that_exist_are_counted(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
     store.campaign(8)
     store.example.thresholds["FSR1"] = "3 m"
@@ -328,7 +325,6 @@ def test_evidence_is_what_was_judged(store: Store) -> None:
     assert store.repository.again.fsr_digests(campaign)["FSR1"] == store.example.fsr_digest("FSR1")
 
 
-@pytest.mark.slow
 def test_block_that_lacks_one_fsr_counts_the_others(store: Store) -> None:
     store.campaign(4)
     store.example.thresholds["FSR1"] = "3 m"

@@ -87,7 +87,6 @@ def test_the_chain_of_a_run_is_read_link_by_link(store: Store, campaign: str) ->
     assert [len(link) for link in links or ()] == [32]
 
 
-@pytest.mark.slow
 def test_what_is_kept_is_found_as_it_was(store: Store, campaign: str) -> None:
     before = (store.result_hash(campaign), store.repository.gate(campaign))
     found, line = store.hindsight(campaign)
@@ -369,7 +368,6 @@ def test_no_copy_leaves_behind_what_a_certificate_has_against_a_result(
 # --- twins with half the step and what they told: kept once, refused when they contradict
 
 
-@pytest.mark.slow
 def test_what_twins_told_is_read_as_it_was_saved(store: Store) -> None:
     campaign = store.campaign(4)
     assert store.repository.hindsight.half_steps.uncertainty(campaign) == ()

@@ -211,14 +211,12 @@ def test_samples_are_as_far_from_tracks_as_they_are_expected_to_be(name: str) ->
     assert 0.85 < normalised_innovation(SUITE[name], assumed(SUITE[name])[0]) < 1.15
 
 
-@pytest.mark.slow
 def test_one_row_for_all_radars_would_trust_coarse_ones_too_much_and_fine_ones_too_little() -> None:
     row = np.square([0.5, 0.0, 0.2, 0.01, 0.25])
     assert normalised_innovation(SUITE["radar"], row) < 0.6
     assert normalised_innovation(SUITE["coarse radar"], row) > 1.5
 
 
-@pytest.mark.slow
 def test_sensor_that_is_worse_than_its_data_sheet_shows_in_its_samples() -> None:
     promised = assumed(SUITE["lidar"])[0]
     assert normalised_innovation({**SUITE["lidar"], "range_noise": "0.5 m"}, promised) > 3.0

@@ -445,7 +445,6 @@ def listed(rows: list[tuple[float, float]]) -> tuple[int, np.ndarray, np.ndarray
     return count, detections, source
 
 
-@pytest.mark.slow
 def test_boxes_stand_in_order_of_distance_with_what_is_behind_them() -> None:
     count, detections, source = listed([(30.0, 0.0), (-10.0, 2.0), (0.0, 20.0)])
     assert count == 3

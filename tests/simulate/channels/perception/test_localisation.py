@@ -47,7 +47,6 @@ def greatest(found: Estimated, states: Floats, after: int = 100) -> Floats:
     return made
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("states", "bound"),
     [(STRAIGHT, 1e-9), (CURVE, 1e-4), (BRAKING, 5e-3), (WINDING, 5e-3)],
@@ -75,7 +74,6 @@ def test_place_on_the_road_belongs_to_the_estimated_pose() -> None:
     assert rows[:, signals.ESTIMATE_PLACE :] == pytest.approx(expected[:, signals.ESTIMATE_PLACE :])
 
 
-@pytest.mark.slow
 def test_receiver_alone_follows_at_constant_turn_and_acceleration() -> None:
     found = estimate(WINDING, gnss(), None)
     assert found.stamps[2:, 0] == pytest.approx(np.arange(2, 400) * STEP)
@@ -204,7 +202,6 @@ def test_ego_with_good_sensors_keeps_its_lane_and_with_a_wandering_receiver_leav
     assert (offsets(suite(bias="0.8 m", bias_time="10 s")) > 0.8).mean() >= 0.25
 
 
-@pytest.mark.slow
 def test_ego_keeps_its_lane_through_a_short_outage_only() -> None:
     short, long = (
         offsets(suite(outages={"tunnel": {"begin": "5 s", "duration": duration}})).max()
@@ -414,7 +411,6 @@ def test_noise_of_the_unit_adds_to_speed_and_heading_only() -> None:
     assert covariance == pytest.approx(expected)
 
 
-@pytest.mark.slow
 def test_bias_that_is_as_unknown_as_ever_stays_so() -> None:
     covariance = np.zeros((subject.STATES, subject.STATES))
     covariance[subject.YAW_RATE_BIAS, subject.YAW_RATE_BIAS] = 0.02**2
@@ -425,7 +421,6 @@ def test_bias_that_is_as_unknown_as_ever_stays_so() -> None:
     assert covariance[subject.YAW_RATE_BIAS, subject.YAW_RATE_BIAS] == pytest.approx(0.02**2)
 
 
-@pytest.mark.slow
 def test_correction_is_that_of_the_matrix_form() -> None:
     slopes = jacobian(fix_of, 4)
     covariance, state = spread(3), STATE.copy()
@@ -477,7 +472,6 @@ def test_first_state_knows_the_antenna_as_well_as_the_fix_whatever_its_heading()
     assert slopes @ covariance @ slopes.T == pytest.approx(0.09 * np.eye(2))
 
 
-@pytest.mark.slow
 def test_lateral_deviation_is_what_it_is_after_the_way() -> None:
     # Carried on for half a second, the covariance says the same as the shortcut.
     state, covariance = np.array([0.0, 0.0, 0.7, 20.0, 0.0, 0.0]), spread(5)

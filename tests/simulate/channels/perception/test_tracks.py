@@ -328,7 +328,6 @@ def test_no_number_makes_anything_less_sure_and_what_is_written_is_read() -> Non
     assert all(new <= old for new, old in zip(after[1], belief[1], strict=True))
 
 
-@pytest.mark.slow
 def test_covariance_stays_one_over_many_samples() -> None:
     track = as_track(belief_of(np.zeros(4), np.diag([1e4, 225.0, 1e4, 25.0])))
     for _ in range(2000):

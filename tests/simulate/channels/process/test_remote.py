@@ -158,7 +158,6 @@ def test_peer_that_dies_has_closed_its_connection(bench: Bench, name: str) -> No
     assert event.is_machine_dependent
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", ["sleeps", "never_says_hello", "says_half_a_line_and_waits"])
 def test_peer_that_hangs_is_given_up_at_its_deadline(bench: Bench, name: str) -> None:
     began = time.perf_counter()
@@ -286,7 +285,6 @@ def test_host_that_answers_otherwise_today_is_told_by_a_replay(
     assert "depends on the machine" in replayed.note
 
 
-@pytest.mark.slow
 def test_host_that_is_not_there_leaves_nothing_behind(make_project: MakeProject) -> None:
     with socket.create_server(("127.0.0.1", 0)) as probe:
         address = f"tcp://127.0.0.1:{probe.getsockname()[1]}"

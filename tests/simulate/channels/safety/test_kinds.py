@@ -159,14 +159,12 @@ FIRES: list[tuple[Scene, Scene, bool]] = [
 """Monitors, what they are shown, and whether they fire."""
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("case", FIRES)
 def test_fires_where_it_should_and_nowhere_else(case: tuple[Scene, Scene, bool]) -> None:
     monitor, scene, expected = case
     assert fires(monitor, scene) == expected
 
 
-@pytest.mark.slow
 def test_place_that_is_no_number_fires_once_it_should_be_known() -> None:
     plain = ("off_road", "lane_departure", "object_danger", "last_safe_stop")
     numbers: list[Scene] = [STUCK | {"timeout": "30 s"}, ODD | {"max_speed": "40 m/s"}]

@@ -106,7 +106,6 @@ def test_debounce_counts_and_saturates() -> None:
         assert confirmed_after(pattern, confirm, heal)[: len(marks)] == marks, pattern
 
 
-@pytest.mark.slow
 def test_confirmed_monitor_is_shown_beside_its_raw_state() -> None:
     states = np.zeros((len(in_lane.MONITOR_IDS), in_lane.STATE_WIDTH), dtype=np.int64)
     shown = np.zeros((len(in_lane.MONITOR_IDS), 2), dtype=np.bool_)
@@ -152,7 +151,6 @@ def gathered(*rows: tuple[float, float, float, int], heard: bool = True) -> Floa
     return seen
 
 
-@pytest.mark.slow
 def test_worst_of_the_linked_channels_counts() -> None:
     seen = gathered((1.0, 0.1, 0.9, OK), (-3.0, -0.2, 0.6, FAULT))
     assert seen[[in_lane.SEEN_CHANNELS, in_lane.SEEN_STATUS]].tolist() == [2.0, 1.0]
@@ -342,7 +340,6 @@ def test_without_channel_link_silence_never_fires() -> None:
     assert not monitor(done, "nominal_silent", 0).any()
 
 
-@pytest.mark.slow
 def test_conforms() -> None:
     for links in (LINKS, ("truth",), ("channels.nominal",)):
         sensors = {"truth": "ground_truth"} if "truth" in links else {"x": "radar"}

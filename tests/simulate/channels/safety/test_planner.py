@@ -123,7 +123,6 @@ def test_ego_that_points_off_the_road_does_not_stop_straight_on() -> None:
     ].any()
 
 
-@pytest.mark.slow
 def test_impact_is_the_speed_against_the_first_object() -> None:
     record = limits()
     path, profile = (
@@ -220,7 +219,6 @@ def test_places_are_what_is_asked_for_or_nothing() -> None:
     assert plan([], places=stops.ANYWHERE, ground=BARE)[0] == number(stops.IN_LANE, 1)
 
 
-@pytest.mark.slow
 def test_a_rest_area_on_the_other_side_of_a_lane_needs_sight_to_the_rear() -> None:
     assert plan([], d=MIDDLE, ground=BAY)[0] == number(stops.IN_LANE, 1)
     assert plan([], d=MIDDLE, ground=BAY, rear_sight=500.0)[0] // stops.STOP_LEVELS == stops.REFUGE

@@ -169,7 +169,6 @@ def test_nominal_channel_drives_on_to_the_place_of_its_level() -> None:
         assert done.ego[:, 4].min() >= -4.0 - 1e-9
 
 
-@pytest.mark.slow
 def test_better_place_is_not_worth_a_harder_braking() -> None:
     item = waiting(3)
     for ahead in (150.0, 250.0, 350.0):
@@ -192,7 +191,6 @@ def test_chain_goes_from_rest_area_to_bay_to_stop_with_what_the_map_shows() -> N
         assert column(done, item, "mrm_rest_area", 0).any()
 
 
-@pytest.mark.slow
 def test_level_that_rises_on_the_way_to_a_place_or_while_waiting_stops_at_once() -> None:
     for level, world, way in (
         (2, with_refuges((AREA, 900.0)), 200.0),
@@ -218,7 +216,6 @@ def test_what_heals_before_the_takeover_is_forgotten() -> None:
     assert (done.authority == NOMINAL).all()
 
 
-@pytest.mark.slow
 def test_what_heals_after_the_takeover_is_given_up_only_when_another_channel_acts() -> None:
     item = parameters({"silent": SILENT})
     for latch in (True, False):

@@ -90,7 +90,6 @@ def test_of_two_lanes_the_one_that_is_free_is_taken() -> None:
     assert done.distance.min() > 0.3
 
 
-@pytest.mark.slow
 def test_between_occupied_lanes_it_brakes_in_its_own() -> None:
     world = World(objects=wall_and(*beside(30.0, LEFT, RIGHT)), sight=48.0)
     done = run(world, 5.4, **SEES_ALL_ROUND)

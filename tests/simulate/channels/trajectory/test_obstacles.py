@@ -136,7 +136,6 @@ def cut_up(*items: Any, d: float = LANE, is_lane: bool = True, **more: float) ->
     return subject.is_cut_up(limits, GROUND, (0.0, d), LANE + 3.5, is_lane, 30.0, others(*items))
 
 
-@pytest.mark.slow
 def test_follower_is_cut_up_if_it_would_have_to_brake_too_hard() -> None:
     assert cut_up(thing(-40.0, LANE + 3.5, 40.0))
     assert not cut_up(thing(-90.0, LANE + 3.5, 40.0))
@@ -225,7 +224,6 @@ def test_rounded_square_is_smooth_at_its_knee() -> None:
     assert (near - far) / step == pytest.approx((further - beyond) / step, rel=1e-3)
 
 
-@pytest.mark.slow
 def test_nothing_costs_less_than_driving_at_the_allowed_speed_as_before() -> None:
     assert cost_scoring(30.0, 0.0) == 0.0
     assert cost_scoring(30.0, 0.2) > 0.0

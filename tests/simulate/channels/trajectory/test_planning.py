@@ -149,7 +149,6 @@ def test_plan_is_in_the_map(curvature: float) -> None:
     assert plan[-1, planner.PLAN_SPEED] == 20.0
 
 
-@pytest.mark.slow
 def test_candidates_begin_at_the_ego_and_those_that_do_not_exist_are_not_shown() -> None:
     segments = np.array([[0.0, 0.0, 0.0, 900.0, 0.0]])
     paths = np.array([straight_path(LANE + 0.5 * row) for row in range(planner.PATHS)])
