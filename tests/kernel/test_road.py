@@ -115,6 +115,27 @@ def test_nearest_part_of_a_line_is_found_however_it_turns() -> None:
             assert road.local_near(line, guide, near, x, y)[:4] == found
 
 
+def test_guide_tells_how_far_each_begin_is_from_all_but_its_neighbours() -> None:
+    draw = np.random.default_rng(17)
+    bends = draw.uniform(-0.01, 0.01, 12)
+    line = chain(*zip(draw.uniform(5.0, 60.0, 12), bends, strict=True))
+    guide = np.zeros((12, road.GUIDE_WIDTH))
+    road.lay_guide(line, guide)
+    points = np.vstack([line[:, :2], road.position(line[11:], line[11, 3], 0.0)[:2]])
+    lengths = line[:, 3]
+    assert guide[:, road.GUIDE_S] == pytest.approx(np.cumsum(lengths) - lengths)
+    for k in range(12):
+        ways = np.hypot(*(points - points[k]).T)
+        # Of a segment no point is nearer than half of what its ends are farther than it is long.
+        least = 0.5 * (ways[:-1] + ways[1:] - lengths)
+        beside = np.abs(np.arange(12) - k) <= 2
+        assert guide[k, road.GUIDE_NEAR] == pytest.approx(0.5 * least[~beside].min() - 1e-3)
+        assert guide[k, road.GUIDE_BEND] == np.abs(bends[beside]).max()
+        assert guide[k, road.GUIDE_SINE : road.GUIDE_COSINE + 1] == pytest.approx(
+            [math.sin(line[k, 2]), math.cos(line[k, 2])]
+        )
+
+
 def test_whatever_segment_is_guessed_the_place_is_the_same_to_the_bit() -> None:
     draw = np.random.default_rng(11)
     # With loops, so that parts of the line that are far apart along it lie beside each other.

@@ -127,6 +127,22 @@ def test_a_lane_is_left_where_it_is_too_narrow_or_where_it_stops() -> None:
     assert left(280.0, 0) == (0.0, 1)
 
 
+@pytest.mark.parametrize(("right", "left_slope"), [(0.02, 0.005), (0.03, 0.015), (0.0, -0.015)])
+def test_a_lane_is_left_where_both_edges_leave_too_little_of_it(
+    right: float, left_slope: float
+) -> None:
+    middle = own((0, 0.0, right, 3.5, left_slope), (1, 3.5, left_slope, 9.0, 0.0))
+    ends = own((-1, 100 * right, 0.0, 3.5 + 100 * left_slope, 0.0))
+    slabs = np.array([[0.0, 0.0, 2.0, 2.0], [100.0, 2.0, 2.0, 1.0], [math.inf, 0.0, 0.0, 0.0]])
+    beside = own((0, 3.5 + 100 * left_slope, 0.0, 9.0, 0.0))
+    rows = np.array([*middle, *ends, *beside])
+    found, limits = np.zeros((4, strips.ENDS_WIDTH)), np.zeros((3, 2))
+    strips.look_ahead(slabs, rows, found, limits)
+    room, aside = strips.lane_left(slabs, rows, found, 10.0, 0, 1e3)
+    assert room == pytest.approx(1.0 / (right - left_slope) - 10.0)
+    assert aside == 1
+
+
 def test_limits_are_one_as_long_as_no_lane_has_another() -> None:
     begins = (0.0, 100.0, 200.0, math.inf)
     slabs = np.array([[s, 2.0 * (k % 3), 2.0 * (k < 3), 2.0] for k, s in enumerate(begins)])

@@ -104,6 +104,14 @@ def test_a_driver_leaves_the_lane_of_a_slow_leader() -> None:
     assert road.vehicles[who, n.TIMER] == 0.0
 
 
+def test_a_driver_sees_who_was_put_first_ahead_of_it_on_the_other_lane() -> None:
+    road = LaneRoad(2)
+    road.put(0, 128.0, 12.0, n.FOLLOWING)
+    who = road.put(1, 100.0, 25.0, timer=DUE)
+    road.put(1, 130.0, 12.0, n.FOLLOWING)
+    assert target(road, who) == 1
+
+
 def test_a_driver_stays_before_its_time_without_gain_or_where_it_may_not_go() -> None:
     early, early_who = overtaking(1.0)
     assert target(early, early_who) == 1
