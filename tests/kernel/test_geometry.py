@@ -72,6 +72,28 @@ def test_distance_is_symmetric_and_agrees_with_overlap() -> None:
     assert 30 < overlapping < 270
 
 
+def test_distance_is_that_of_the_nearest_corner_to_the_other_box() -> None:
+    apart = 0
+    for pair in random_pairs(300):
+        ways = [math.inf]
+        for mine, other in ((pair[:5], pair[5:]), (pair[5:], pair[:5])):
+            c, s = math.cos(mine[2]), math.sin(mine[2])
+            for u, v in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
+                along, across = 0.5 * u * mine[3], 0.5 * v * mine[4]
+                dx = mine[0] + c * along - s * across - other[0]
+                dy = mine[1] + s * along + c * across - other[1]
+                oc, os = math.cos(other[2]), math.sin(other[2])
+                beyond = abs(dx * oc + dy * os) - 0.5 * other[3]
+                aside = abs(dy * oc - dx * os) - 0.5 * other[4]
+                ways.append(math.hypot(max(beyond, 0.0), max(aside, 0.0)))
+        one, other_one = tuple(pair[:5].tolist()), tuple(pair[5:].tolist())
+        found = boxes.box_distance(one, other_one)
+        if found > 0.0:
+            apart += 1
+            assert found == pytest.approx(min(ways), abs=1e-9)
+    assert apart > 30
+
+
 @pytest.mark.slow
 def test_sweep_finds_the_contact_of_a_step_and_its_share() -> None:
     thin, turned = (0.2, 0.2), math.pi / 2

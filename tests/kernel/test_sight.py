@@ -43,6 +43,21 @@ def test_ray_hit_lies_on_the_outline() -> None:
             assert not boxes_overlap(((way - 1e-9) * c, (way - 1e-9) * s, *POINT), box)
 
 
+def test_ray_goes_as_far_in_a_world_that_is_turned_and_moved() -> None:
+    draw, hits = np.random.default_rng(23), 0
+    for _ in range(200):
+        x, y, heading, aim, turn = draw.uniform(-3.0, 3.0, 5)
+        box = (15.0 + x, y, heading, 4.5, 1.8)
+        direct = 0.1 * aim
+        way = sight.ray_box_distance((0.0, 0.0), (math.cos(direct), math.sin(direct)), box)
+        c, s = math.cos(turn), math.sin(turn)
+        moved = (7.0 + c * box[0] - s * box[1], -3.0 + s * box[0] + c * box[1], heading + turn)
+        ray = (7.0, -3.0), (math.cos(direct + turn), math.sin(direct + turn))
+        assert sight.ray_box_distance(*ray, (*moved, 4.5, 1.8)) == pytest.approx(way, abs=1e-9)
+        hits += way < math.inf
+    assert 20 < hits < 180
+
+
 def nearest_and_bearings(
     sensor_x: float, sensor_y: float, boresight: float, box: tuple[float, ...], *size: float
 ) -> tuple[float, float, float]:
