@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import pytest
 
@@ -74,3 +75,23 @@ def test_what_a_verb_prints_is_frozen(adeye: Verb, mini: Executed, name: str, fo
         out = "\n".join(lines if len(lines) < 150 else lines[::10])
         text = f"{out}\n-- {told.code}\n{told.err}"
         assert_frozen(f"verb_{name}.txt", masked(text, *folders))
+
+
+CONTENT = ROOT / "tests" / "content" / "maps"
+
+
+@pytest.mark.parametrize("name", sorted(path.stem for path in CONTENT.glob("*.xodr")))
+def test_what_verbs_say_of_a_map_is_frozen(adeye: Verb, folder: Path, name: str) -> None:
+    path = str(CONTENT / f"{name}.xodr")
+    parts = []
+    for words in (("show",), ("check",)):
+        told = adeye("map", *words, path)
+        parts.append(f"-- {' '.join(words)}: {told.code}\n{told.out}{told.err}")
+        document = json.loads(adeye("map", *words, path, "--json").out)
+        parts.append(as_json(thinned(document)))
+    adeye("map", "export", path, "--lanes", "lanes.csv", "--step", "9").ok  # noqa: B018 - is checked
+    lines = (folder / "lanes.csv").read_text("utf-8").splitlines()
+    parts.append("\n".join([lines[0], *lines[1::5]]))
+    adeye("map", "export", path, "--xodr", "again.xodr").ok  # noqa: B018 - is checked
+    parts.append((folder / "again.xodr").read_text("utf-8"))
+    assert_frozen(f"map_verbs_{name}.txt", masked("\n".join(parts), ROOT, folder))
