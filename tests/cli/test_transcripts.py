@@ -95,3 +95,58 @@ def test_what_verbs_say_of_a_map_is_frozen(adeye: Verb, folder: Path, name: str)
     adeye("map", "export", path, "--xodr", "again.xodr").ok  # noqa: B018 - is checked
     parts.append((folder / "again.xodr").read_text("utf-8"))
     assert_frozen(f"map_verbs_{name}.txt", masked("\n".join(parts), ROOT, folder))
+
+
+TABLES = {
+    "even": "time [s],gap [m],speed,on,mode\n"
+    + "".join(
+        f"{at / 10:g},{30 - at:g},{20 - 0.5 * at:g},{at % 3 == 0},{'near' if at > 5 else 'far'}\n"
+        for at in range(10)
+    ),
+    "uneven": "t,gap [m]\n0,5\n0.1,4\n0.25,3\n0.3,2\n",
+    "empty cells": "time,gap [m],on\n0,5,true\n1,,false\n2,3,\n3,2,true\n",
+    "words": "time,gap [m]\n0,5\n1,many\n",
+    "short row": "time,gap [m]\n0,5\n1\n",
+    "same name": "time,gap [m],gap [m]\n0,5,6\n1,5,6\n",
+    "backwards": "time,gap [m]\n0,5\n2,5\n1,5\n",
+    "one row": "time,gap [m]\n0,5\n",
+    "nothing": "",
+}
+JUDGED: tuple[tuple[str, ...], ...] = (
+    ("always(gap > 22 m)", "even"),
+    ("always(gap > 22 m)", "even", "--horizon", "0.5 s"),
+    ("always(speed > 57 km/h)", "even", "--unit", "speed=m/s"),
+    ("always(speed > 57 km/h)", "even", "--unit", "speed=parsec"),
+    ("always(on implies eventually[0 s, 0.2 s] mode == near)", "even"),
+    ("always(mode != late)", "even", "--words", "mode=far,near,late"),
+    ("always(gap > limit)", "even", "--set", "limit=25 m"),
+    ("always(gap > limit)", "even"),
+    ("always(gap / speed > 1.2 s)", "even", "--unit", "speed=m/s"),
+    ("always(gap > 1 m)", "uneven", "--time", "t"),
+    ("always(gap > 1 m)", "uneven"),
+    ("eventually(gap < 4 m)", "empty cells"),
+    ("always(on)", "empty cells"),
+    ("always(gap > 1 m)", "words"),
+    ("always(gap > 1 m)", "short row"),
+    ("always(gap > 1 m)", "same name"),
+    ("always(gap > 1 m)", "backwards"),
+    ("always(gap > 1 m)", "one row"),
+    ("always(gap > 1 m)", "nothing"),
+    ("always(gap > 1)", "even"),
+    ("always(width > 1 m)", "even"),
+)
+
+
+def test_what_is_said_of_tables_is_frozen(adeye: Verb, folder: Path) -> None:
+    """A formula on tables of all kinds, each row's robustness, and what is wrong with others."""
+    for name, text in TABLES.items():
+        (folder / f"{name}.csv").write_text(text, "utf-8")
+    parts = []
+    for formula, name, *options in JUDGED:
+        words = ["stl", formula, f"{name}.csv", *options]
+        told = adeye(*words)
+        parts.append(f"-- {' '.join(words)}: {told.code}\n{told.out}{told.err}")
+        if told.code in {0, 1}:
+            document = adeye(*words, "--json", "--output", "rows.csv").document
+            parts += [as_json(document), (folder / "rows.csv").read_text("utf-8")]
+    assert_frozen("stl_tables.txt", masked("\n".join(parts), folder))
