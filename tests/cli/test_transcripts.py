@@ -150,3 +150,63 @@ def test_what_is_said_of_tables_is_frozen(adeye: Verb, folder: Path) -> None:
             document = adeye(*words, "--json", "--output", "rows.csv").document
             parts += [as_json(document), (folder / "rows.csv").read_text("utf-8")]
     assert_frozen("stl_tables.txt", masked("\n".join(parts), folder))
+
+
+AGAIN: tuple[tuple[str, ...], ...] = (
+    ("faults", "--quiet"),
+    ("faults", "--quiet", "--json"),
+    ("forks", "--quiet"),
+    ("forks", "--quiet", "--json"),
+    ("preventability", "--quiet", "--model", "cc"),
+    ("uncertainty",),
+    ("uncertainty", "--json"),
+    ("db", "withdraw", "RUN", "--author", "somebody", "--reason", "a slip"),
+    ("db", "withdraw", "RUN", "--author", "somebody", "--reason", "again"),
+    ("db", "verify", "--json"),
+    ("gate",),
+    ("gate", "--json"),
+    ("check", "ODD"),
+    ("stale", "ODD", "--json"),
+    ("show", "RUN"),
+    ("db", "prove", "RUN", "--json"),
+    ("db", "copy", "--campaign", "1", "--to", "copy.db"),
+    ("db", "copy", "--campaign", "2", "--to", "other.db"),
+    ("judge", "ODD", "--quiet"),
+    ("gate", "nobody"),
+    ("show", "abc"),
+    ("show", "zzzz"),
+    ("where", "FSR-99"),
+    ("where", "FSR-02", "--by", "gapp"),
+    ("compare", "1", "camera_radar", "twin"),
+    ("confidence", "--level", "1.5"),
+    ("matrix", "--by", "nothing"),
+    ("trace", "RUN", "-s", "nothing.*"),
+    ("query", "SELECT * FROM nothing"),
+    ("query", "SELECT fsr, verdict, COUNT(*) AS n FROM v_verdicts GROUP BY 1, 2 ORDER BY 1, 2"),
+    ("query", "gate", "--format", "csv"),
+    ("query", "worst-runs", "--json"),
+    ("query", "least-slack"),
+    ("query", "metrics-by-architecture", "--format", "csv"),
+    ("query", "architecture-pairs"),
+    ("query", "fault-coverage"),
+    ("query", "evidence-by-element"),
+    ("query", "unexercised"),
+    ("query", "undetected-faults"),
+    ("query", "contacts"),
+    ("query", "outcomes"),
+)
+
+
+def test_what_is_said_of_a_campaign_one_after_the_other_is_frozen(
+    adeye: Verb, copied: str, mini: Executed, folder: Path
+) -> None:
+    """Faults and takeovers are measured, a run is withdrawn, and what follows; and slips."""
+    parts = []
+    for words in AGAIN:
+        told = adeye(*(named(word, mini) for word in words), "--db", copied)
+        out = told.out
+        if "--json" in words and told.code != 2:
+            out = as_json(thinned(json.loads(out)))
+        parts.append(f"-- {' '.join(words)}: {told.code}\n{out}{told.err}")
+    text = masked("\n".join(parts), mini.project.folder, folder)
+    assert_frozen("verbs_one_after_the_other.txt", text)
