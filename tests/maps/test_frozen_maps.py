@@ -88,7 +88,7 @@ def told(place: Place) -> str:
     )
 
 
-@pytest.mark.parametrize("name", ["rural", "town", "sections", "left_hand"])
+@pytest.mark.parametrize("name", ["rural", "ramp", "town", "sections", "left_hand"])
 def test_places_of_a_map_are_frozen(name: str) -> None:
     """Where a stretch of so many metres before and behind is, and why others are none."""
     folder = CONTENT if name in SMALL else ROOT / "scenarios_db" / "maps"
