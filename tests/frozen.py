@@ -7,8 +7,11 @@ They are pinned whole and readable, so that a change of what people see is seen 
 import json
 import os
 import re
+from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from adeye.version import __version__
 
@@ -65,3 +68,33 @@ def as_json(content: Any) -> str:
     text = json.dumps(content, indent=1, ensure_ascii=False)
     inner = re.compile(r"\[\s+([^\[\]{}]{0,400}?)\s+\]")
     return inner.sub(lambda found: f"[{' '.join(found[1].split())}]", text) + "\n"
+
+
+def described(thing: Any, name: str = "", indent: str = "") -> list[str]:
+    """Write what an object holds, a line a value: of an array its shape, sum and first numbers."""
+    head = f"{indent}{name}: " if name else indent
+    if isinstance(thing, np.ndarray):
+        if thing.dtype.kind not in "biuf":
+            return [f"{head}{thing.tolist()}"]
+        numbers = [f"{float(value):.9g}" for value in thing.ravel()[:8]]
+        with np.errstate(all="ignore"):
+            total = float(np.nansum(np.where(np.isfinite(thing), thing, 0.0)))
+        return [f"{head}{thing.shape} sum {total:.9g}: {' '.join(numbers)}"]
+    if is_dataclass(thing) and not isinstance(thing, type):
+        parts = {field.name: getattr(thing, field.name) for field in fields(thing)}
+    elif isinstance(thing, tuple) and hasattr(thing, "_asdict"):
+        parts = thing._asdict()
+    elif isinstance(thing, dict):
+        parts = {str(key): item for key, item in thing.items()}
+    elif isinstance(thing, list | tuple) and any(not isinstance(i, int | str) for i in thing):
+        parts = {str(at): item for at, item in enumerate(thing)}
+    elif isinstance(thing, float):
+        return [f"{head}{thing:.9g}"]
+    elif thing is None or isinstance(
+        thing, int | str | list | tuple | set | frozenset | np.generic
+    ):
+        return [f"{head}{sorted(thing) if isinstance(thing, set | frozenset) else thing}"]
+    else:
+        return [f"{head}a {type(thing).__name__}"]
+    found = [part for key, item in parts.items() for part in described(item, key, f"{indent}  ")]
+    return [head.rstrip() or f"{indent}{type(thing).__name__}", *found]
