@@ -1,4 +1,4 @@
-"""One run of each architecture of two shipped ODDs, pinned: what happened, metrics, verdicts, margins.
+"""Runs of shipped ODDs and architectures, pinned: what happened, metrics, verdicts, margins.
 
 Whatever moves one of them, in a sensor, a channel, a fault, the road or a metric, is seen here.
 """
@@ -12,9 +12,10 @@ from typing import Any
 import pytest
 
 from adeye.store.tables import METRIC_IDS
-from tests.frozen import assert_frozen
-from tests.project import ROOT, Project
+from tests.frozen import assert_frozen, described
+from tests.project import ROOT, Project, odd_of, run_cases, use
 from tests.sql import rows
+from tests.stored import read_yaml
 
 
 def first_of(axis: Any) -> Any:
@@ -85,3 +86,44 @@ def test_runs_of_a_shipped_odd_are_frozen(tmp_path: Path, name: str) -> None:
     narrow(project, odd)
     project.run()
     assert_frozen(f"runs_{name}.txt", told(project.db))
+
+
+ARCHITECTURES = (
+    "legacy_camera", "lidar", "merging_camera_radar", "reference_cc", "supervised",
+    "supervised_adeye", "trajectory",
+)  # fmt: skip
+
+
+CAMPAIGN = read_yaml(ROOT / "odd" / "fault_campaign.yaml")
+FAULTS = (
+    "phantom", "oscillating", "localisation_late", "map_shifted", "planner_frozen", "brake_fade",
+    "friction_step", "switch_stuck",
+)  # fmt: skip
+
+
+def recorded(folder: Path, architecture: str, **odd: Any) -> str:
+    """Run what is planned as one batch and write each column of its trace."""
+    faults = [item["id"] for item in odd.get("faults", ())] or ["none"]
+    content = odd_of(use("cut_in", faults=faults), architectures=[architecture], **odd)
+    project = Project(folder / "project", content)
+    project.require("FSR-01")
+    plan = project.plan()
+    trace = run_cases(plan, [case for case in plan.cases if case.fault_entry == faults[0]])
+    lines = [f"length {trace.length.tolist()}, horizon {trace.horizon_row.tolist()}"]
+    for column, values in trace.columns.items():
+        lines += described(values, column)
+        lines += described(values[0, 60], f"  {column} at 3 s")
+    return "\n".join([*lines, ""])
+
+
+@pytest.mark.parametrize("name", ARCHITECTURES)
+def test_trace_of_each_architecture_is_frozen(tmp_path: Path, name: str) -> None:
+    """What it records of one cut-in."""
+    assert_frozen(f"trace_{name}.txt", recorded(tmp_path, name))
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_trace_with_each_fault_is_frozen(tmp_path: Path, name: str) -> None:
+    """What is recorded of one cut-in after a fault at 3 s."""
+    [fault] = [item for item in CAMPAIGN["faults"] if item["id"] == name]
+    assert_frozen(f"trace_{name}.txt", recorded(tmp_path, "supervised", faults=[fault]))
