@@ -194,6 +194,12 @@ AGAIN: tuple[tuple[str, ...], ...] = (
     ("query", "undetected-faults"),
     ("query", "contacts"),
     ("query", "outcomes"),
+    ("run", "ODD", "--quiet"),
+    ("run", "ODD", "--quiet", "--json"),
+    ("run", "ODD", "--quiet", "-k", "cut_in and not none"),
+    ("run", "ODD", "--quiet", "-k", "nothing"),
+    ("run", "ODD", "--quiet", "--shard", "3/2"),
+    ("gate", "--json"),
 )
 
 

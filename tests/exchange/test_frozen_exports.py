@@ -5,6 +5,7 @@ import re
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from google.protobuf.text_format import MessageToString
 from mcap.reader import make_reader
@@ -58,14 +59,27 @@ def trace() -> Trace:
     return with_camera(made.trace(), mount=mount)
 
 
-@pytest.mark.parametrize("side", ["right", "left"])
+def standing() -> Trace:
+    """Nothing moves until row 4, and nothing after row 6: what stays is not sent again."""
+    made = HandMade(rows=9, objects=("lead",), tail_rows=2)
+    place = np.array([0.0, 0.0, 0.0, 0.0, 0.5, 1.0, 1.5, 1.5, 1.5])
+    made.ego(s=place, speed=0.0).object("lead", s=30.0, speed=0.0)
+    made.columns["detected"][0, 1:3, 0, 0] = True
+    made.columns["detections"][0, :, 0, 0] = [30.0, 0.0]
+    return made.trace()
+
+
+@pytest.mark.parametrize("side", ["right", "left", "standing"])
 def test_mcap_is_frozen(trace: Trace, tmp_path: Path, side: str) -> None:
     path = tmp_path / "run.mcap"
-    write_mcap(RunView(trace if side == "right" else in_left_hand_traffic(trace)), ACCOUNT, path)
+    shown = {"right": trace, "left": in_left_hand_traffic(trace), "standing": standing()}[side]
+    write_mcap(RunView(shown), ACCOUNT, path)
     lines, counts, decoders = [], dict[str, int](), DecoderFactory()
+    times = dict[str, list[int]]()
     with path.open("rb") as stream:
         for schema, channel, message in make_reader(stream).iter_messages():
             count = counts[channel.topic] = counts.get(channel.topic, 0) + 1
+            times.setdefault(channel.topic, []).append(message.log_time // 10**6)
             if count - 1 not in SHOWN:
                 continue
             content: Any = message.data.decode("utf-8", "replace")
@@ -77,7 +91,7 @@ def test_mcap_is_frozen(trace: Trace, tmp_path: Path, side: str) -> None:
                 content = re.sub(r"\s+", " ", MessageToString(decode(message.data)))
             name = "" if schema is None else schema.name
             lines.append(f"{channel.topic} ({name}) at {message.log_time}: {content}")
-    lines += [f"{topic}: {count} messages" for topic, count in sorted(counts.items())]
+    lines += [f"{topic}: {count} messages, {times[topic]} ms" for topic, count in counts.items()]
     assert_frozen(f"mcap_{side}.txt", masked(nine_digits("\n".join(sorted(lines)))))
 
 
