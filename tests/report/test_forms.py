@@ -25,7 +25,7 @@ from adeye.report.page.html import render, render_comparison, render_suites
 from adeye.report.page.replay import SignalPlot, ThresholdLine
 from adeye.version import __version__
 from tests.analysis.suite.rigs import BUMPER, all_around, architecture, radar
-from tests.frozen import as_json, assert_frozen, masked, thinned
+from tests.frozen import as_json, assert_frozen, described, masked, thinned
 from tests.report.fake import build_report
 from tests.report.parts import candidate, comparison
 
@@ -100,6 +100,34 @@ def test_sensor_suites_are_frozen() -> None:
         analyse(architecture(aside, architecture="aside", title="A <b> & c")),
     ]
     assert_frozen("suites.html", laid_out(render_suites(found, title="Some ODD")))
+
+
+PHYSICAL: dict[str, Any] = {
+    "pixels": {
+        "kind": "camera", "fidelity": "physical", "mount": {**BUMPER, "z": 1.2}, "rate": 20.0,
+        "field_of_view": 1.2, "columns": 640, "rows": 240,
+    },
+    "cells": {
+        "kind": "radar", "fidelity": "physical", "mount": BUMPER, "rate": 20.0, "range": 120.0,
+        "field_of_view": 1.0,
+    },
+    "layers": {
+        "kind": "lidar", "fidelity": "physical", "mount": {**BUMPER, "z": 1.7}, "rate": 10.0,
+        "field_of_view": 2.0, "range": 90.0, "beams": 400, "layers": 16,
+        "vertical_field_of_view": 0.35, "drop_out": 0.1,
+    },
+    "line": {
+        "kind": "lidar", "fidelity": "physical", "mount": BUMPER, "rate": 10.0,
+        "field_of_view": 3.5, "range": 60.0, "beams": 300,
+    },
+}  # fmt: skip
+
+
+def test_suite_of_physical_sensors_is_frozen() -> None:
+    """Pixels, cells, beams in layers and in one, of which some drop out."""
+    found = analyse(architecture(PHYSICAL))
+    assert_frozen("suite_physical.html", laid_out(render_suites([found])))
+    assert_frozen("suite_physical.txt", "\n".join([*described(found), ""]))
 
 
 def test_json_is_frozen(report: Report) -> None:
