@@ -160,6 +160,7 @@ AGAIN: tuple[tuple[str, ...], ...] = (
     ("preventability", "--quiet", "--model", "cc"),
     ("uncertainty",),
     ("uncertainty", "--json"),
+    ("db", "metadata"),
     ("db", "withdraw", "RUN", "--author", "somebody", "--reason", "a slip"),
     ("db", "withdraw", "RUN", "--author", "somebody", "--reason", "again"),
     ("db", "verify", "--json"),
@@ -195,8 +196,6 @@ AGAIN: tuple[tuple[str, ...], ...] = (
     ("query", "contacts"),
     ("query", "outcomes"),
     ("run", "ODD", "--quiet"),
-    ("run", "ODD", "--quiet", "--json"),
-    ("run", "ODD", "--quiet", "-k", "cut_in and not none"),
     ("run", "ODD", "--quiet", "-k", "nothing"),
     ("run", "ODD", "--quiet", "--shard", "3/2"),
     ("gate", "--json"),
@@ -216,3 +215,70 @@ def test_what_is_said_of_a_campaign_one_after_the_other_is_frozen(
         parts.append(f"-- {' '.join(words)}: {told.code}\n{out}{told.err}")
     text = masked("\n".join(parts), mini.project.folder, folder)
     assert_frozen("verbs_one_after_the_other.txt", text)
+
+
+SCENES = (
+    "ego_speed_mps,other_speed_mps,gap_m,lateral_speed_mps,lateral_offset_m\n"
+    "27.8,16.7,25,1,3.5\n27.8,16.7,60,1.5,-3.5\n16.7,5,12,0.8,3.5\n33.3,30,8,1.2,3.5\n10,0,40,1,3.5\n"
+)
+REFERENCES: tuple[tuple[str, ...], ...] = (
+    (),
+    ("--json",),
+    ("--models", "cc,rss", "--edition", "r157-01", "--step", "0.02"),
+    ("--scene", "deceleration"),
+    ("--scene", "nothing"),
+    ("--integrator", "semi-implicit", "--models", "cc"),
+    ("--step", "5"),
+    ("--models", "nobody"),
+    ("--edition", "none"),
+    ("--variant", "nothing"),
+)
+
+
+def test_what_reference_drivers_do_is_frozen(adeye: Verb, folder: Path) -> None:
+    """Scenes of a table by each model, by other rules, and what is wrong with questions."""
+    (folder / "scenes.csv").write_text(SCENES, "utf-8")
+    (folder / "few.csv").write_text("ego_speed_mps\n20\n", "utf-8")
+    (folder / "beyond.csv").write_text(SCENES.replace("27.8", "900"), "utf-8")
+    (folder / "words.csv").write_text(SCENES.replace("27.8", "fast"), "utf-8")
+    (folder / "taken.csv").write_text(SCENES.replace("lateral_offset_m", "cc_contact"), "utf-8")
+    parts: list[str] = []
+    for name, options in (
+        *(("scenes.csv", options) for options in REFERENCES),
+        *(
+            (name, ())
+            for name in (
+                "few.csv",
+                "beyond.csv",
+                "words.csv",
+                "nowhere.csv",
+                "taken.csv",
+                "out0.csv",
+            )
+        ),
+    ):
+        told = adeye("reference", name, *options, "--output", f"out{len(parts)}.csv")
+        out = as_json(thinned(json.loads(told.out))) if "--json" in options else told.out
+        parts.append(f"-- {name} {' '.join(options)}: {told.code}\n{out}{told.err}")
+        written = folder / f"out{len(parts) - 1}.csv"
+        if written.exists():
+            parts[-1] += written.read_text("utf-8")
+    assert_frozen("reference.txt", masked("\n".join(parts), folder))
+
+
+def test_exported_tables_of_a_campaign_are_frozen(
+    adeye: Verb, of_mini: tuple[str, str], mini: Executed, folder: Path
+) -> None:
+    """A row in seven of each table, and what stands beside them."""
+    told = adeye("export", *of_mini, "--output", "out", "--format", "csv", "--quiet").ok
+    parts = [f"{told.out}{told.err}"]
+    for path in sorted((folder / "out").iterdir()):
+        text = path.read_text("utf-8")
+        if path.suffix == ".json":
+            text = as_json(json.loads(text))
+        else:
+            head, *lines = text.splitlines()
+            text = "\n".join([head, *lines[::7]])
+        # Sizes and hashes hang on digests.
+        parts.append(f"-- {path.name}\n{text}")
+    assert_frozen("exported.txt", masked("\n".join(parts), mini.project.folder, folder))

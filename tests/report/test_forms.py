@@ -26,6 +26,7 @@ from adeye.report.page.replay import SignalPlot, ThresholdLine
 from adeye.version import __version__
 from tests.analysis.suite.rigs import BUMPER, all_around, architecture, radar
 from tests.frozen import as_json, assert_frozen, described, masked, thinned
+from tests.project import Executed
 from tests.report.fake import build_report
 from tests.report.parts import candidate, comparison
 
@@ -189,3 +190,10 @@ def test_drawn_signals_are_frozen() -> None:
         ),
     ):
         assert_frozen(f"{name}.svg", draw_signals(drawing).decode())
+
+
+def test_report_of_a_campaign_is_frozen(plain: Report, mini: Executed) -> None:
+    """What is read out of a database, told of it, and left open."""
+    content = json.loads(render_json(plain))
+    content.pop("suites")
+    assert_frozen("mini_report.json", masked(as_json(thinned(content, 12)), mini.project.folder))

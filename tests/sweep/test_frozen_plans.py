@@ -3,10 +3,14 @@
 from pathlib import Path
 from typing import Any
 
+import pytest
+
+from adeye.campaign.integrity import planned_coverage
 from adeye.campaign.plan import make_plan
 from adeye.errors import AdeyeError
-from tests.frozen import assert_frozen, masked
-from tests.project import MINI
+from adeye.sweep import coverage
+from tests.frozen import assert_frozen, described, masked
+from tests.project import ROOT, odd_of
 from tests.stored import write_yaml
 
 GAPS = {"from": "10 m", "to": "60 m", "step": "10 m"}
@@ -64,15 +68,15 @@ FAULT = {
 
 def planned(folder: Path, sweep: dict[str, Any], **more: Any) -> list[str]:
     use = {"use": "cut_in", "faults": ["none"], "sweep": sweep, **more.pop("use", {})}
-    write_yaml(folder / "odd" / "tested.yaml", {**MINI, "scenarios": [use], "faults": [], **more})
+    odd = odd_of(use, **more)
+    write_yaml(folder / "odd" / "tested.yaml", odd)
     try:
         plan = make_plan(folder / "odd" / "tested.yaml")
     except AdeyeError as error:
         return [f"  {error}"]
     cases = plan.cases
     lines = [f"  {len(cases)} test cases", *(f"  {notice}" for notice in plan.notices)]
-    half = [case for case in cases if case.architecture.architecture == "camera_radar"]
-    for case in half[:40]:
+    for case in list(cases)[:40]:
         point = ", ".join(
             f"{name} {value:.9g}" if isinstance(value, float) else f"{name} {value}"
             for name, value in case.point.items()
@@ -95,3 +99,23 @@ def test_points_of_each_design_are_frozen(project: Path) -> None:
         sweep = {"design": "random", "samples": 3, "parameters": ENDS}
         lines += [name, *planned(project, sweep, **more)]
     assert_frozen("plans.txt", masked("\n".join(lines), project))
+
+
+@pytest.mark.parametrize("name", ["sensor_study", "rural_two_way", "urban_pedestrian_rain"])
+def test_coverage_of_a_shipped_odd_is_frozen(name: str) -> None:
+    """How many of the bins of each attribute and of each two there are, and which are not."""
+    found = planned_coverage(ROOT / "odd" / f"{name}.yaml", 2)
+    lines = described(found.coverage)
+    kept = [line[:300] for line in lines[:120] + lines[120::23]]
+    assert_frozen(f"coverage_{name}.txt", masked("\n".join(kept), ROOT))
+
+
+def test_points_that_are_spread_are_frozen() -> None:
+    """The first and the last of those that look for what relations exclude."""
+    lines = []
+    for count in (1, 2, 3, 5):
+        ranges = {f"axis {at}": (float(at), 10.0 * at + 1.0) for at in range(count)}
+        for name, values in coverage._spread(ranges).items():
+            ends = " ".join(f"{value:.9g}" for value in (*values[:6], *values[-2:]))
+            lines.append(f"{count}, {name}: {len(values)} points, {ends}")
+    assert_frozen("spread.txt", "\n".join([*lines, ""]))
