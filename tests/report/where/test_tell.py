@@ -212,6 +212,7 @@ def test_what_is_told_of_planted_failures_is_frozen(project: Project) -> None:
                 return FAIL if fails(case) else PASS
 
             site = planted(plan, verdict)
-            lines.append(f"{name}, {other}")
+            (cases,) = sites(plan, [verdict(case) for case in plan.cases])
+            lines.append(f"{name}, {other}, told by {', '.join(cases.mattering) or 'none'}")
             lines.append(as_json(site.model_dump(mode="json")))
     assert_frozen("where.txt", masked("\n".join(lines)))
