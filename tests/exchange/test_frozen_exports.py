@@ -51,6 +51,17 @@ def trace() -> Trace:
     made.columns["detected"][0, 3:, 0, 0] = True
     made.columns["detections"][0, :, 0, 0] = [44.123456789, 1.987654321]
     made.columns["tracks"][0, 4:, 1, 0] = [40.0, -2.0, -5.0, 0.5, 4.5, 1.8]
+    # Three candidates of four places, anew at row 3 and at the last two.
+    fan = 10.0 * np.arange(4)[:, None] * np.ones((1, 9, 2, 3, 4, 2))
+    fan[..., 1] = 5.25 + np.arange(3)[:, None] * np.arange(4)
+    fan[0, 3:] += 1.0
+    fan[0, 7] += 1.0
+    fan[0, 8] += 2.0
+    made.columns["candidates"] = fan.astype(np.float32)
+    costs = np.array([5.0, 2.0, np.inf]) * np.ones((1, 9, 2, 3))
+    costs[:, :, 0] = np.nan
+    made.columns["candidate_costs"] = costs.astype(np.float32)
+    made.columns["chosen"][0, :, 1] = 1
     made.columns["authority"][0, 5:] = 1
     made.columns["reason"][0, 5:] = 2
     made.columns["acceleration"][0, 5:, 1] = -4.0
