@@ -627,7 +627,8 @@ MEASURED = (
     "(a * a) ** 0.5", "sqrt(a * a)", "sqrt(a)", "abs(v)", "min(a, b)", "max(a, 2 m)",
     "clip(v, 1 m/s, 3 m/s)", "a > b", "a > 2 m", "a > 2", "c > 2", "if_(a > 1 m, v, v)",
     "if_(a > 1 m, v, a)", "sin(a)", "sin(c)", "exp(b)", "floor(a)", "round(c)", "w == 'x'",
-    "w > 1", "a in [1 m, 2 m]", "a in [1 s]", "not a", "not c > 1", "a ** b", "a ** 20", "1 / b",
+    "w > 1", "a in [1 m, 2 m]", "a in [1 s]", "not a", "not c > 1", "a ** b", "a ** 20",
+    "a ** 0", "c ** 150", "a ** 100", "a ** 101", "a ** -101", "1 / b",
     "a * b * v", "-v", "a == a and v", "c + true", "a ** (1 / 3)",
 )  # fmt: skip
 
