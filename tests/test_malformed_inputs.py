@@ -10,6 +10,7 @@ import pytest
 import yaml
 
 from adeye.cli import main
+from tests.frozen import assert_frozen, masked
 
 MALFORMED = Path(__file__).parent / "malformed"
 FILES: dict[str, str] = yaml.safe_load((MALFORMED / "project.yaml").read_text("utf-8"))
@@ -140,6 +141,25 @@ def test_flaw_is_refused_at_its_line_with_a_remedy(flaw: Flaw, project: Path, pl
     assert flaw.said in message
     assert (flaw.where or f"{flaw.file}:{line}:") in message
     assert time.process_time() - begin < 10.0
+
+
+@pytest.mark.parametrize("file", sorted({flaw.file for flaw in FLAWS}))
+def test_messages_of_flaws_are_frozen(file: str, project: Path, plan: Run) -> None:
+    """All that is said of each flaw in a file, which is as it was after each."""
+    text = FILES.get(file)
+    lines = []
+    for flaw in FLAWS:
+        # What Python says of a plug-in is its own, and what is too long is not shown.
+        if flaw.file == file and "plug-in" not in flaw.what and len(str(flaw.new)) < 1000:
+            put_in(project, flaw)
+            code, message = plan()
+            lines.append(f"{flaw.what}: {code} {message}")
+            if text is not None:
+                (project / file).write_text(text, "utf-8")
+    name = re.sub(r"\W", "_", file)
+    # So is what the library says that reads YAML.
+    said = re.sub(r"(?<=no valid YAML: ).*", "…", masked("".join(lines), project))
+    assert_frozen(f"flaws_{name}.txt", said)
 
 
 def test_what_is_no_odd_is_refused(plan: Run) -> None:

@@ -3,13 +3,16 @@
 import math
 import re
 import time
+from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from adeye.errors import UnitError
+from adeye import units
+from adeye.errors import AdeyeError, UnitError
 from adeye.units import UNITS, Dimension, convert, format_quantity, parse_quantity, shown, units_of
+from tests.frozen import assert_frozen
 from tests.refusals import refused
 
 SI: dict[Dimension, dict[str | float, float]] = {
@@ -165,3 +168,50 @@ def test_shown_is_short() -> None:
     assert shown(10**500) == "a number of more than 60 digits"
     assert len(shown(list(range(500)))) == 80
     assert shown(5) == "5"
+
+
+TEXTS = (
+    "30 m", "-30 m", "+30 m", "30m", " 30 m ", "3e1 m", "0.03 km", "3000 cm", "30 000 mm",
+    "100 km/h",
+    "27.8 m/s", "60 mph", "2 s", "50 ms", "2 min", "1 h", "10 Hz", "0.6 /h", "7.5 mm/h", "3 m/s^2",
+    "3 m/s²", "0.5 g", "30 deg", "0.1 rad", "5 deg/s", "12", "1.5", "1e400", "1e-400", "nan m",
+    "inf m", "m", "30", "30 parsec", "30 m m", "", "\uff13\uff10 m", "1_0 m", "0x10 m", "1e308 km",
+    "5 %", "1/m",
+    "0.01 1/m", "-0 m", "00030 m", "30. m", ".5 m", "5 lx", "3 m/s^3", "1,5 m",
+)  # fmt: skip
+
+
+def asked(call: Any, *given: Any) -> str:
+    try:
+        answer = call(*given)
+    except (AdeyeError, ValueError) as error:
+        return str(error)
+    return f"{answer:.12g}" if isinstance(answer, float) else str(answer)
+
+
+def test_quantities_are_frozen() -> None:
+    """What each text is in each dimension, what is wrong with others, and how they are written."""
+    lines = []
+    for text in TEXTS:
+        lines.append(f"{text!r}: {asked(units.read_quantity, text)}")
+        lines += [
+            f"  {dimension.name}: {asked(units.parse_quantity, text, dimension)}"
+            for dimension in (Dimension.LENGTH, Dimension.SPEED, Dimension.TIME, Dimension.NONE)
+        ]
+    for dimension in Dimension:
+        lines.append(f"{dimension.name} in {units.units_of(dimension)}")
+        lines.append(f"  {asked(units.si_unit, dimension.exponents)}")
+        lines += [
+            f"  {value!r}: {asked(units.format_quantity, value, dimension)}"
+            for value in (0.0, 1.0, -2.5, 0.001, 1234.5678, 27.777777777777779, 1e-9, 1e9)
+        ]
+    for thing in ("x" * 79, "x" * 80, "x" * 81, "x" * 300, 5, None, ["a"] * 60, {"k": "v" * 99}):
+        found = units.shown(thing)
+        lines.append(f"shown, {len(found)} letters: {found[:24]} to {found[-9:]}")
+    for text, number in (("0.1", 0.1), ("0.3", 0.1 + 0.2), ("1e23", 1e23), ("1" * 30, 1.0)):
+        lines.append(f"{text} as {number!r}: {asked(units.is_rounded, text, number)}")
+    lines += [
+        f"decimal {text!r}: {asked(units.decimal, text)}"
+        for text in ("1.5", "-3", "1e5", "abc", "", "\uff11", "1_0", "inf", "nan", "0x1")
+    ]
+    assert_frozen("quantities.txt", "\n".join([*lines, ""]))

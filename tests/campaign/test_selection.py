@@ -27,6 +27,7 @@ from adeye.store.records import Block, Plan
 from adeye.store.repository import Repository
 from adeye.store.write.queue import NamedCase
 from tests.conftest import MakeProject
+from tests.frozen import assert_frozen
 from tests.project import CONCEPT, Project, count_rows, one_scenario, table_hash
 from tests.stored import known
 
@@ -341,3 +342,73 @@ def test_words_of_the_language_are_plain_words_in_quotes() -> None:
     named = NamedCase("and", "or", "none", 0, "{}")
     assert Keyword.parse('"and" and "or"').matches(named)
     assert not Keyword.parse('"not"').matches(named)
+
+
+# --- Words: what each expression chooses, and what is wrong with others ---------------------------
+
+CASES = {
+    name: NamedCase(
+        scenario=scenario,
+        architecture=architecture,
+        fault_entry=fault,
+        point=point,
+        replicate=replicate,
+    )
+    for name, scenario, architecture, fault, point, replicate in (
+        ("a", "cut_in", "camera_radar", "none", '{"gap": 30.0, "ego_speed": 22.22222222222222}', 0),
+        (
+            "b",
+            "cut_in",
+            "legacy_camera",
+            "none",
+            '{"gap": 30.0, "ego_speed": 33.333333333333336}',
+            0,
+        ),
+        ("c", "cut_in", "camera_radar", "nominal_silent", '{"gap": 45.5, "ego_speed": 22.2}', 1),
+        ("d", "lead_braking", "camera_radar", "none", '{"deceleration": -4.0}', 0),
+        ("e", "lead_braking", "lidar", "late+soon", '{"weather": "rain", "place": "m:1+50"}', 2),
+        ("f", "Cut_Out", "lidar", "none", "{}", 10),
+    )
+}
+TAGS = PartTags({"cut_in": {"owner": "Anna B", "kind": "risky"}}, {"lidar": {"owner": "carl"}})
+WORDS = (
+    "cut", "CUT_IN", "cut_in", "camera", "none", "not none", "cut and radar", "cut or lead",
+    "cut and not camera", "not (cut or lead)", "not not cut", "(cut)", "gap=30", "gap='30 m'",
+    '"gap=30 m"', "gap=3000", '"gap=3000 cm"', "gap=30.0000000001", "gap=30.001", "gap", "gap=",
+    "ego_speed=80", '"ego_speed=80 km/h"', '"ego_speed=22.2222 m/s"', "deceleration=-4",
+    "weather=rain", "weather=rai", "place=m:1+50", "scenario=cut_in", "scenario=cut",
+    "architecture=lidar", "fault=none", "fault=late", "fault=late+soon", "late", "replicate=0",
+    "replicate=1", "replicate=10", "replicate", "owner=carl", '"owner=anna b"', "owner=Anna",
+    "anna", "kind=risky and gap=30", "a and b or c", "cut or lead and lidar", "nothing", "gap=30m",
+    "30",
+    "", " ", "and", "cut and", "or cut", "not", "(cut", "cut)", "()", "cut cut", "\"",
+    '"cut', "x" * 3000,
+    "(" * 300 + "cut" + ")" * 300, "not " * 300 + "cut", "cut AND radar", "and and and",
+)  # fmt: skip
+
+
+def test_what_words_choose_is_frozen() -> None:
+    lines = []
+    for text in WORDS:
+        try:
+            parsed = Keyword.parse(text)
+        except UsageError as error:
+            lines.append(f"{text[:40]!r}: {error}"[:300])
+            continue
+        plain, tagged = (
+            "".join(name for name, case in CASES.items() if parsed.matches(case, tags))
+            for tags in (PartTags({}, {}), TAGS)
+        )
+        lines.append(f"{text[:40]!r}: {plain or 'none'}, with tags {tagged or 'none'}")
+    for most in (MAX_LENGTH, MAX_LENGTH + 1):
+        try:
+            lines.append(f"{most} letters: {Keyword.parse('x' * most).text[:9]}")
+        except UsageError as error:
+            lines.append(f"{most} letters: {error}")
+    for depth in (MAX_DEPTH - 1, MAX_DEPTH, MAX_DEPTH + 1):
+        try:
+            Keyword.parse("(" * depth + "cut" + ")" * depth)
+            lines.append(f"{depth} deep: read")
+        except UsageError as error:
+            lines.append(f"{depth} deep: {error}"[:20])
+    assert_frozen("words.txt", "\n".join([*lines, ""]))

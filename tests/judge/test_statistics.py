@@ -3,7 +3,8 @@
 import inspect
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import optimize, stats
 
+from adeye.judge import statistics as s
 from adeye.judge.statistics import (
     Interval,
     Stratum,
@@ -33,6 +35,7 @@ from adeye.judge.statistics import (
     wilson,
     zero_failure_bound,
 )
+from tests.frozen import assert_frozen
 from tests.refusals import refused
 
 
@@ -381,3 +384,87 @@ def test_what_is_no_population_is_refused() -> None:
     ):
         for function in (zero_failure_bound, stratified_bound):
             refused(ValueError, function, parts, 0.95, says=r"weight|failures|stratum")
+
+
+COUNTS = ((0, 1), (1, 1), (0, 7), (1, 7), (3, 7), (7, 7), (2, 300), (150, 300), (299, 300))
+PAIRS = ((0, 0, 0, 5), (5, 0, 0, 0), (3, 2, 4, 6), (0, 7, 0, 3), (0, 0, 9, 1), (20, 1, 8, 40))
+STRATA = (
+    (s.Stratum(1.0, 0, 40),),
+    (s.Stratum(0.9, 0, 1000), s.Stratum(0.1, 0, 10)),
+    (s.Stratum(0.6, 0, 30), s.Stratum(0.4, 0, 0)),
+    (s.Stratum(0.7, 2, 50), s.Stratum(0.3, 0, 20)),
+    (s.Stratum(0.5, 1, 4), s.Stratum(0.25, 4, 4), s.Stratum(0.25, 0, 9), s.Stratum(0.0, 0, 3)),
+)
+
+
+def shown(found: Any) -> str:
+    """Write a result with nine digits, or why there is none."""
+    if isinstance(found, s.Interval):
+        return f"{found.low:.9g} to {found.high:.9g} at {found.confidence:g}"
+    if isinstance(found, s.Estimate):
+        return f"{found.share:.9g} with {found.variance:.9g}"
+    if isinstance(found, list | tuple):
+        return "; ".join(shown(item) for item in found)
+    return f"{found:.9g}"
+
+
+def asked(function: Callable[..., Any], *arguments: Any) -> str:
+    try:
+        answer = shown(function(*arguments))
+    except ValueError as error:
+        answer = str(error)
+    given = ", ".join(
+        " + ".join(f"{i.weight:g} ({i.failures}/{i.runs})" for i in item)
+        if isinstance(item, tuple) and item and isinstance(item[0], s.Stratum)
+        else f"{item}"
+        for item in arguments
+    )
+    return f"{function.__name__}({given}): {answer}"
+
+
+def test_answers_are_frozen() -> None:
+    """Each function at small and large numbers, at its ends, and what it refuses."""
+    lines = [
+        asked(function, *counts, confidence)
+        for function in (s.clopper_pearson, s.upper_bound, s.jeffreys, s.wilson)
+        for counts in (*COUNTS, (0, 0), (3, 2), (-1, 4))
+        for confidence in (0.8, 0.95)
+    ]
+    lines += [asked(s.wilson, 1, 7, level) for level in (0.0, 1.0, 1e-9, 1.0 - 1e-12)]
+    lines += [asked(s.jeffreys, 1, 7, 0.9, prior) for prior in ((1.0, 1.0), (2, 5), (0.0, 1.0))]
+    lines += [
+        asked(s.runs_without_failure, share, level)
+        for share in (0.5, 0.01, 1e-7, 1e-300, 0.0, 1.0)
+        for level in (0.5, 0.99, 1.0)
+    ]
+    lines += [asked(s.mcnemar_p, *pair) for pair in ((0, 0), (1, 0), (3, 3), (8, 1), (0, -1))]
+    lines += [asked(s.holm, list(given)) for given in ((), (0.2,), (0.5, 0.01, 0.9, 0.02, 0.02))]
+    lines += [asked(s.paired_difference, *pairs, level) for pairs in PAIRS for level in (0.8, 0.95)]
+    lines += [
+        asked(s.poisson_rate, events, exposure, 0.95)
+        for events in (0, 1, 12)
+        for exposure in (0.5, 40.0, 0.0, math.inf)
+    ]
+    for strata in STRATA:
+        lines += [
+            asked(function, strata, 0.95)
+            for function in (s.zero_failure_bound, s.stratified_bound, s.scaled_bounds)
+        ]
+        lines.append(asked(s.stratified_estimate, strata))
+    for wrong in ((s.Stratum(0.5, 0, 1),), (s.Stratum(1.5, 0, 1),), (s.Stratum(1.0, 2, 1),)):
+        lines.append(asked(s.stratified_bound, wrong, 0.9))
+    values = np.array([[0.5, -1.0], [2.25, 0.0], [0.5, 4.0], [-3.0, 1.0], [1.0, 1.0]])
+    sums = s.resampled_sums(values, "units", 200)
+    lines.append(f"resampled: {shown(tuple(sums[:6].ravel().tolist()))}")
+    for column in (0, 1):
+        observed = float(values[:, column].sum())
+        influence = values[:, column] - values[:, column].mean()
+        lines += [
+            f"bca {level}: {shown(s.bca(observed, sums[:, column], influence, level))}"
+            for level in (0.5, 0.9, 0.95)
+        ]
+    lines.append(f"no spread: {shown(s.bca(2.0, np.full(9, 2.0), np.zeros(5), 0.9))}")
+    lines.append(
+        f"medians: {[s.median_low(np.arange(float(count))[::-1]) for count in range(1, 7)]}"
+    )
+    assert_frozen("statistics.txt", "\n".join([*lines, ""]))

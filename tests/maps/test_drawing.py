@@ -11,7 +11,8 @@ import pytest
 
 from adeye.maps.drawing import WIDTH, draw_map
 from adeye.maps.opendrive import Signal
-from tests.drawn_roads import WIDE, crossing, lane, network, piece, road, section
+from tests.drawn_roads import WIDE, crossing, cubics, lane, network, piece, road, section
+from tests.frozen import assert_frozen
 
 IS_LIGHT = True
 SVG = "{http://www.w3.org/2000/svg}"
@@ -83,6 +84,63 @@ def test_words_do_not_lie_on_one_another() -> None:
     for (x, y), (other_x, other_y) in itertools.combinations(places, 2):
         assert abs(x - other_x) > 50.0 or abs(y - other_y) > 12.0
     assert 9 < len(places) < 60
+
+
+def sign(name: str, s: float, t: float, *, is_light: bool) -> Signal:
+    return Signal(name, s, t, "+", is_light, "DE", "274", "50", math.nan, "", (), 1)
+
+
+def test_picture_of_a_crossing_is_frozen() -> None:
+    """Lanes with words, arrows each way, a light, a sign that lies beyond its road, a junction."""
+    drive = crossing()
+    signals = (sign("7", 90.0, -4.0, is_light=True), sign("8", 130.0, 4.5, is_light=False))
+    roads = {**drive.roads, "a": replace(drive.roads["a"], signals=signals)}
+    assert_frozen("crossing.svg", draw_map(replace(drive, roads=roads), "a & b"))
+
+
+def test_picture_of_a_winding_road_is_frozen() -> None:
+    """It bends, widens at once, goes up, and has lanes of all kinds; words have room beside it."""
+    pieces = [
+        piece("line", 23.0, pose=(5.0, -7.0, 1.1)),
+        piece("arc", 31.0, 1 / 29, pose=(5.0 + 23.0 * 0.4535961, -7.0 + 23.0 * 0.8912074, 1.1)),
+    ]
+    pieces[1] = replace(pieces[1], s=23.0)
+    jumping = ((0.0, 2.5, 0.0, 0.0, 0.0), (11.0, 3.3, 0.013, 0.0, 0.0))
+    lanes = (
+        lane(2, (0.0, 1.9, 0.0, 0.0, 0.0), type="sidewalk"),
+        lane(1, WIDE),
+        lane(0),
+        lane(-1, *jumping),
+        lane(-2, (0.0, 1.2, 0.0, 0.0, 0.0), type="biking"),
+        lane(-3, (0.0, 0.4, 0.0, 0.0, 0.0), type="shoulder"),
+    )
+    offsets = cubics((0.0, 0.35, 0.0, 0.0, 0.0))
+    winding = road(pieces, section(*lanes), id="w", offsets=offsets)
+    down = road(
+        [piece("line", 41.3, pose=(60.0, 30.0, -1.5))],
+        section(lane(0), lane(-1, WIDE, type="bus"), lane(-2, WIDE)),
+        section(lane(0), lane(-1, WIDE), s=17.0),
+        id="d",
+    )
+    assert_frozen("winding_road.svg", draw_map(network(winding, down), "winding"))
+
+
+def test_picture_of_long_roads_with_their_cross_sections_is_frozen() -> None:
+    """Thin lanes, nine kinds of cross-sections of which eight are shown, the longest first."""
+    roads = [
+        road(
+            [piece("line", 5000.0 + 100.0 * number, pose=(0.0, 300.0 * number, 0.02 * number))],
+            section(
+                lane(1, WIDE),
+                lane(0),
+                *(lane(-k, (0.0, 2.5 + 0.25 * number, 0.0, 0.0, 0.0)) for k in range(1, number)),
+                lane(-max(number, 1), (0.0, 0.3, 0.0, 0.0, 0.0), type="shoulder"),
+            ),
+            id=f"r{number}",
+        )
+        for number in range(9)
+    ]
+    assert_frozen("long_roads.svg", draw_map(network(*roads), "long"))
 
 
 @pytest.mark.slow

@@ -12,6 +12,7 @@ from adeye.report import words
 from adeye.report.cells import clean, csv_cell
 from adeye.report.model.part import Binding, Margin
 from adeye.report.model.report import Cell
+from tests.frozen import assert_frozen
 from tests.refusals import refused
 
 
@@ -190,3 +191,48 @@ def test_forward_range_is_told_as_the_speed_that_it_allows() -> None:
     )
     assert words.forward_text(ForwardRange("dry", 30.0, "eye", None, None)) == "< 60 by 30 m"
     assert words.forward_text(ForwardRange("dry", 0.0, "", None, 150.0)) == "none !"
+
+
+NUMBERS = (
+    0.0, -0.0, 1.0, -1.0, 0.5, 0.05, 0.005, 0.0049, 0.00051, 1e-5, 1e-12, 9.994, 9.995, 9.996, 10.0,
+    99.94, 99.95, 99.96, 100.0, 123.456, 999.4, 999.5, 1000.0, 1234.5, 99999.0, 1e5, 1.5e6, 1e9,
+    1e15, 1e22, -0.004, -9.999, -123.4, -5e6,
+)  # fmt: skip
+UNITS = ("m", "s", "m/s", "m/s^2", "rad", "1", "", "m^2", "1/s")
+
+
+def test_numbers_as_people_read_them_are_frozen() -> None:
+    """At each change of digits, signed and not, with units, shares, speeds and distances."""
+    lines = []
+    for value in NUMBERS:
+        told = (
+            words.number(value),
+            words.number(value, signed=True),
+            words.quantity(value, "m"),
+            words.quantity(value, "m/s", signed=True),
+            words.quantity(value, "1"),
+            words.value_text(value, "s"),
+        )
+        lines.append(f"{value!r}: {' | '.join(told)}")
+    for value in (0.0, 0.1, 0.999, 1.0, 5.0, 13.888889, 27.77777, 36.11111, 100.0):
+        far = words.kmh(value), words.metres(value), words.metres(10.0 * value)
+        lines.append(f"speed {value!r}: {' | '.join(far)} | {words.left_speed(value)}")
+    lines += [
+        f"share {share!r}: {words.percent(share)}"
+        for share in (0.0, 1e-7, 0.0004, 0.0005, 0.001, 0.0123, 0.5, 0.99949, 0.9995, 0.99999, 1.0)
+    ]
+    lines.append(
+        f"none: {words.metres(None)} | {words.left_speed(None)} | {words.value_text(None)}"
+    )
+    lines += [f"{count} things: {words.counted(count)}" for count in (0, 1, 2, 999, 1000, 1234567)]
+    lines += [
+        f"{one!r} from {other!r}: {words.told_apart(one, other, 'm')}"
+        for one, other in ((1.0, 1.0), (1.0, 1.0001), (0.123456789, 0.123456788), (1e6, 1e6 + 1.0))
+    ]
+    lines += [f"{unit!r}: {words.unit_text(unit)} | {words.quantity(2.5, unit)}" for unit in UNITS]
+    for text in ("plain", "two\nlines", "\x1b[31mred", "\u202eback", "tab\tand\0nul", "é\u0301"):
+        lines.append(f"{text!r}: {words.printable(text)!r}")
+    lines += [f"{word!r}: {words.verdict_word(word)}" for word in (None, *Verdict)]
+    for thing in ("late", True, False, 3, None):
+        lines.append(f"{thing!r}: {words.value_text(thing)} | {words.value_text(thing, 'm')}")
+    assert_frozen("numbers.txt", "\n".join([*lines, ""]))

@@ -22,9 +22,11 @@ from adeye.spec.expression import (
     measured,
     parse,
     to_program,
+    told,
 )
 from adeye.spec.grammar import FUNCTIONS, MAX_DEPTH, MAX_LENGTH, POPS, read_steps
 from adeye.units import Dimension
+from tests.frozen import assert_frozen
 from tests.refusals import refused
 from tests.stored import known, stored
 
@@ -587,3 +589,75 @@ def test_order_of_comparison_does_not_matter(left: str, right: str) -> None:
             return "refused"
 
     assert answer(f"{left} < {right}") == answer(f"{right} > {left}")
+
+
+# --- Numbers: values, where they are defined, what may hold, dimensions ---------------------------
+
+COLUMNS: dict[str, Value] = {
+    "a": np.array([0.0, 1.0, -2.0, 3.5, math.inf, math.nan]),
+    "b": np.array([0.0, 0.1 + 0.2, 2.0, -3.5, 1.0, 4.0]),
+    "c": 0.3,
+    "w": np.array(["x", "y", "x", "z", "x", "y"]),
+}
+VALUES = (
+    "a + b", "a - b", "a * b", "a / b", "a ** 2", "2 ** b", "a ** b", "-a", "abs(a)",
+    "sqrt(abs(b))", "min(a, b)", "max(a, b, 1)", "clip(a, -1, 2)", "if_(a > b, a, b)",
+    "if_(w == 'x', 1, a)", "floor(b)", "ceil(b)", "round(b)", "exp(b)", "log(abs(b) + 1)",
+    "sin(b)", "cos(b)", "b == c", "b != c", "b < c", "b <= c", "b > c", "b >= c", "a == a",
+    "a > 0 and b > 0", "a > 0 or b > 0", "not a > 0", "b in [0.3, 2]", "w in ['x', 'z']",
+    "not w == 'x'", "w != 'y'", "a + 0.1 == b", "3 * c == 0.9", "c * 3 - 0.9 == 0",
+    "0.1 + 0.2 == c", "a / 0 > 1", "0 * a == 0", "b - 0.3 == 0", "floor(3 * c * 10) == 9",
+    "round(c * 10) == 3", "a * 1e200 * 1e200 > 1", "true", "w", "1 / 3 + 1 / 3 + 1 / 3 == 1",
+    "a < 1 or b / a > 1", "a > 1 and sqrt(a) < 2", "(a > 1) + 1", "min(b, c) == c",
+    "max(b, c) <= c", "clip(b, 0, c) == c", "if_(b == c, 1, 0)", "abs(b - c) < 0",
+)  # fmt: skip
+DIMENSIONS = {
+    "a": Dimension.LENGTH,
+    "b": Dimension.TIME,
+    "c": Dimension.NONE,
+    "v": Dimension.SPEED,
+    "w": None,
+}
+MEASURED = (
+    "a / b", "a * a", "a + b", "v * b - a", "a / v", "v ** 2 / a", "v ** c", "v ** 0.5",
+    "(a * a) ** 0.5", "sqrt(a * a)", "sqrt(a)", "abs(v)", "min(a, b)", "max(a, 2 m)",
+    "clip(v, 1 m/s, 3 m/s)", "a > b", "a > 2 m", "a > 2", "c > 2", "if_(a > 1 m, v, v)",
+    "if_(a > 1 m, v, a)", "sin(a)", "sin(c)", "exp(b)", "floor(a)", "round(c)", "w == 'x'",
+    "w > 1", "a in [1 m, 2 m]", "a in [1 s]", "not a", "not c > 1", "a ** b", "a ** 20",
+    "a ** 0", "c ** 150", "a ** 100", "a ** 101", "a ** -101", "1 / b",
+    "a * b * v", "-v", "a == a and v", "c + true", "a ** (1 / 3)",
+)  # fmt: skip
+
+
+def shown(value: Any) -> str:
+    values = np.atleast_1d(np.asarray(value))
+    return " ".join(str(item) if item.dtype.kind in "bU" else f"{item:.9g}" for item in values)
+
+
+def asked(call: Any, *given: Any) -> str:
+    try:
+        return str(call(*given))
+    except (ExpressionError, TypeError, ValueError) as error:
+        return f"{type(error).__name__}: {error}"
+
+
+def test_answers_are_frozen() -> None:
+    """Values with rounding and infinity, where a truth is certain, and dimensions."""
+    lines = []
+    for text in VALUES:
+        try:
+            steps = read_steps(text)
+        except ExpressionError as error:
+            lines.append(f"{text}: {error}")
+            continue
+        known_ones = {name: COLUMNS[name] for name in ("a", "c")}
+        lines += [
+            f"{text}",
+            f"  = {asked(lambda s: shown(evaluated(s, COLUMNS)), steps)}",
+            f"  defined {asked(lambda s: shown(told(s, COLUMNS)[1]), steps)}",
+            f"  without b {asked(lambda s, k: shown(may_hold(s, k)), steps, known_ones)}",
+        ]
+    for text in MEASURED:
+        found = asked(lambda t: measured(read_steps(t), DIMENSIONS, t), text)
+        lines.append(f"{text} is {found}")
+    assert_frozen("expressions.txt", "\n".join([*lines, ""]))

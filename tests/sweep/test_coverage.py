@@ -261,6 +261,9 @@ def test_sun_below_the_horizon_is_no_sun_and_below_the_odd_in_no_bin() -> None:
     found = codes(rises, SUNNY, "sun_elevation", lateral_speed=degrees)
     assert found == ["no sun", "no bin", "5 to 10 deg", "10 to 30 deg", "60 to 90 deg"]
     assert codes(rises, SUNNY, "sun_azimuth", lateral_speed=degrees)[:2] == ["no sun", "ahead"]
+    # On the horizon it is one.
+    on_horizon = np.array([-1e-9, 0.0])
+    assert codes(rises, SUNNY, "sun_azimuth", lateral_speed=on_horizon) == ["no sun", "ahead"]
     assert codes(cut_in(), SUNNY, "sun_elevation") == ["no sun"]
     assert codes(cut_in(), SUNNY, "sun_azimuth") == ["no sun"]
 

@@ -1,6 +1,8 @@
 """Runs that fail a formula and its parts, and implications that were never asked."""
 
-from typing import Any
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -9,11 +11,14 @@ from adeye.judge.stl import counterexample
 from adeye.judge.stl.batch import HELD, NEEDED, SATISFIED, SPARE, VIOLATED
 from adeye.judge.stl.counterexample import Runs, can_fail, first_constant
 from adeye.judge.stl.formula import Formula, parse_formula
-from adeye.judge.stl.syntax import Node, nested_implications
+from adeye.judge.stl.syntax import Node, nested_implications, walk
 from adeye.signals import SignalType, architecture_signals
 from tests.judge.stl.batch import judge, numbers, truths
 from tests.judge.stl.random_formulas import Random, text_of, traces
 from tests.stored import known, stored
+
+if TYPE_CHECKING:
+    from adeye.judge.stl.batch import StlColumns
 
 TABLES = stored("formulas")
 STATUS = ("ok", "degraded", "silent", "fault")
@@ -160,6 +165,151 @@ def test_a_run_is_found_wherever_a_random_trace_fails(way: str, count: int) -> N
                 missed.append(formula.text)
     assert len(missed) <= told[True] // 500, missed
     assert min(told.values()) > count // 20
+
+
+MADE_UP = DECLARED | {
+    "lane": SignalType("1", 1.0, "number", "", least=-3.0, most=4.0, is_whole=True),
+    "age": SignalType("s", 1.0, "number", "", least=0.0, most=1.0, most_per="s"),
+    "mode": SignalType("1", 1.0, "enumeration", "", ("off", "low", "high"), at_start="low"),
+}
+LIKE = Runs(MADE_UP, 0.1, 5.0, 1.0)
+
+
+class Counting(counterexample._Search):
+    """A search that keeps the runs of each batch that fail by what is judged."""
+
+    def __init__(self, text: str) -> None:
+        formula = parse_formula(text)
+        formula.check(MADE_UP)
+        super().__init__(formula, LIKE)
+        self.failing: list[list[int]] = []
+        self.sizes: list[int] = []
+
+    def _fails(self, result: StlColumns) -> bool:
+        self.failing.append(np.flatnonzero(result.verdict == VIOLATED).tolist())
+        self.sizes.append(len(result.verdict))
+        return super()._fails(result)
+
+
+@pytest.mark.parametrize(
+    ("text", "before", "failing"),
+    [
+        ("always(p implies eventually[0 s, 1 s] q)", 0, [0, 1, 2]),
+        ("always(not (n == 3 and k == 4))", 224, [52, 118, 161]),
+        ("always(not (n == 7 and k == 2 * n))", 96, [4, 32, 41]),
+        ("always(not (p and s == fault and r.s == degraded and ch.x == silent))", 0, [3, 6, 9]),
+        ("always(v / w < 5 or d < 3 m or a > 2 m/s^2)", 0, [24]),
+        ("always(n != k + 3)", 0, [28]),
+        ("always(not (n > 3 and n < 3.5 and k > 7 and k < 7.5))", 736, [140]),
+        ("always(not (rise(p) and always[0 s, 2 s](p and q and n > 8)))", 0, [3, 21]),
+        ("always(not (n == k * k and n > 4))", 224, [58, 149]),
+        (
+            "always(not (p and always[1 s, 1.4 s](not p) and eventually[1.5 s, 2 s](p)))",
+            32,
+            [7, 9, 13],
+        ),
+        (
+            "always(not (n == 5 and eventually[1 s, 1.2 s](n == 6 "
+            "and eventually[1 s, 1.2 s](n == 8))))",
+            2528,
+            [60],
+        ),
+        ("always(not (lane == 2 and previous(lane == 3) and age > 4 s))", 96, [69]),
+        (
+            "always(not (mode == high and eventually[0.2 s, 0.3 s](mode == low) and lane < -2))",
+            0,
+            [3, 4, 5],
+        ),
+        ("always(not (n > 0.5 and n < 0.50001))", 0, [4, 24]),
+        ("always(not (n - k == 1.25 and n > 100))", 480, [55]),
+        ("always(ttc > 3 s or ttc < 2 s or actor.lead.distance < 200 m)", 0, [16, 21, 27]),
+    ],
+)
+def test_a_search_makes_up_the_same_runs_every_time(
+    text: str, before: int, failing: list[int]
+) -> None:
+    """Whether an FSR is refused is no matter of luck: the runs before, and the first that fail."""
+    search = Counting(text)
+    assert search.succeeds()
+    assert sum(search.sizes[:-1]) == before
+    assert search.failing[-1][:3] == failing
+
+
+@pytest.mark.parametrize(
+    "text", ["always(not (lane > 1 and lane < 2))", "always(mode == low or time > 0 s)"]
+)
+def test_a_search_ends_when_four_thousand_runs_hold(text: str) -> None:
+    search = Counting(text)
+    assert not search.succeeds()
+    assert search.sizes == [32, 64, 128, *[256] * 16]
+    assert not any(search.failing)
+
+
+def test_a_search_ends_with_one_batch_where_nothing_varies() -> None:
+    search = Counting("always(time < 100 s)")
+    assert not search.succeeds()
+    assert search.sizes == [32]
+
+
+def test_a_search_tries_what_the_formula_speaks_of() -> None:
+    """Lengths are those of its times, a row more or less; numbers its own and those beside."""
+    search = Counting("always(not (n > 5 and lane == 2 and age < 3 s and p and mode != high))")
+    assert (search._rows, search._horizon) == (61, 50)
+    assert search._lengths == [1, 2, 29, 30, 31, 32, 61]
+    assert search._numbers.tolist() == [0.0, 1.0, 2.0, 3.0, 5.0]
+    assert dict(zip(search._names, search._near, strict=True)) == {
+        "n": [5.0, 4.0, 6.0],
+        "lane": [2.0, 1.0, 3.0],
+        "age": [3.0, 2.0, 4.0],
+        "p": [0.0, -1.0, 1.0],
+        "mode": [0.0, -1.0, 1.0],
+    }
+    assert search._pulls == [[(1, 1)], [(1, 1)], [(1, -1)], [(1, 1)], [(2, -1)]]
+    assert search._least.ravel().tolist() == [-1e6, -3.0, 0.0, -1e6, -1e6]
+    assert search._most.ravel().tolist() == [1e6, 4.0, 6.0, 1e6, 1e6]
+    assert search._words.ravel().tolist() == [0, 0, 0, 2, 3]
+
+
+def test_numbers_of_a_search_lie_at_between_and_beyond_those_of_the_formula() -> None:
+    formula = parse_formula("always(n < 4 or n == 10 or 2 * n > 1e15 or k > 7)")
+    near = counterexample._near("n", list(walk(formula.root)))
+    assert near == [2.0, 4.0, 10.0, 1e12, 3.0, 7.0, 5e11 + 5.0, 1.0, 1e12 + 1.0]
+
+
+def test_made_up_runs_are_frozen() -> None:
+    """Three runs: one of short stretches, two of those of the formula."""
+    search = Counting("always(not (n > 5 and lane == 2 and age < 3 s and p and mode == high))")
+    lengths, values = search._runs = search._made_up(3, None)
+    assert lengths.tolist() == [
+        [1, 1, 1, 1, 2, 1, 1, 1, 2, 1, 1, 1],
+        [61, 1, 29, 30, 29, 32, 58, 1, 2, 30, 61, 61],
+        [31, 29, 29, 32, 32, 31, 28, 32, 29, 30, 1, 29],
+    ]
+    n, lane, age, p, mode = values
+    assert n[0].tolist() == [110.0] * 4 + [10.0] * 8
+    assert n[2].tolist() == [110.0, 10.0, *[110.0] * 5, *[11.0] * 5]
+    assert (lane == 4.0).all()
+    assert age[0] == pytest.approx([0.0, 0.0, *[0.8229407832154262] * 3, 2.0, *[0.0] * 6])
+    assert p[0].tolist() == [1.0] * 7 + [0.0] * 5
+    assert (mode == 2.0).all()
+    # As rows: nothing is older than the run, and the first word is the declared one.
+    first = search.series("age").values[0]
+    assert first[:8] == pytest.approx([0.0, 0.0, 0.2, 0.3, 0.4, 0.5, 0.6, 0.0])
+    assert search.series("mode").values[:, :3].tolist() == [[1.0, 2.0, 2.0]] * 3
+    assert search.series("p").values[0].tolist() == [1.0] * 8 + [0.0] * 53
+    assert search.series("n").values[2].tolist() == [110.0] * 31 + [10.0] * 29 + [110.0]
+    assert search.series("time").values[1, [0, 1, 60]] == pytest.approx([0.0, 0.1, 6.0])
+
+
+def test_next_runs_are_the_nearest_ones_altered_here_and_there() -> None:
+    search = Counting("always(not (n > 5 and lane == 2))")
+    none = np.full((1, 12), 7), np.full((2, 1, 12), -77.0)
+    lengths, values = search._made_up(2000, none)
+    kept = (lengths == 7).mean(axis=1), (values == -77.0).mean(axis=(0, 2))
+    # Of four rates of change one is drawn for each run, and it is of both.
+    for part in kept:
+        assert part.mean() == pytest.approx(1.0 - (0.03 + 0.1 + 0.3 + 1.0) / 4.0, abs=0.02)
+        assert np.mean(part == 0.0) == pytest.approx(0.25, abs=0.03)
 
 
 NEVER = ("<", ("signal", "a"), ("number", -999.0))

@@ -31,9 +31,20 @@ from adeye.report.gate.decide import GateResult, judge_campaign, update_baseline
 from adeye.report.model.part import Margin
 from adeye.store.read import totals
 from adeye.store.repository import Repository
+from tests.frozen import assert_frozen
 from tests.project import Executed
 from tests.refusals import refused
-from tests.report.fake_baseline import BRAKING, CUT_IN, GATE, OTHER, baseline, fsr_of, key_of, sha
+from tests.report.fake_baseline import (
+    BRAKING,
+    CASES,
+    CUT_IN,
+    GATE,
+    OTHER,
+    baseline,
+    fsr_of,
+    key_of,
+    sha,
+)
 from tests.stored import known
 
 FAILS = {("FSR-1", GATE, CUT_IN, 1): "F"}
@@ -197,6 +208,70 @@ def test_every_fsr_of_the_gate_that_does_not_pass_is_a_finding() -> None:
         Kind.UNDECIDED,
         "VACUOUS; runs: VACUOUS 8; exercised in 0 of 2 needed",
     )
+
+
+def variants() -> dict[str, Baseline]:
+    """Baselines that differ from the first in one thing each."""
+    plain = baseline(uncertainty=20)
+    changed: dict[str, dict[str, Any]] = {
+        "asil": {"asil": "B(D)"},
+        "optional": {"mandatory": False},
+        "asks for less": {"min_exercised": 1},
+        "waived": {"waived_until": "2999-01-01"},
+        "another FSR": {"digest": sha("looser")},
+    }
+    margins = {("FSR-2", GATE, CUT_IN, 3): 0.75, ("FSR-2", GATE, CUT_IN, 0): 0.5}
+    idle = {("FSR-1", GATE, CUT_IN, number): "V" for number in range(CASES)}
+    mixed = {
+        ("FSR-1", GATE, CUT_IN, 0): "F",
+        ("FSR-1", GATE, CUT_IN, 2): "E",
+        ("FSR-2", GATE, BRAKING, 1): "?",
+        ("FSR-2", OTHER, BRAKING, 1): "F",
+        ("FSR-3", GATE, BRAKING, 3): "F",
+    }
+    return {
+        "plain": plain,
+        "some fail": baseline(verdicts=mixed, uncertainty=20),
+        "idle": baseline(verdicts=idle, uncertainty=20),
+        "margins": baseline(margins=margins, uncertainty=20),
+        "margins, no cases": baseline(margins=margins).model_copy(update={"cases": None}),
+        "fewer cases": baseline(numbers=range(1, 3)),
+        "fewer scenarios": baseline(scenarios=(CUT_IN,)),
+        "fewer FSRs": baseline(fsrs=("FSR-2", "FSR-3")),
+        "tolerant": baseline(tolerance={"m": 0.5}),
+        "another gate": baseline(gate=(OTHER,), channel_failures="allow"),
+        "edited": baseline(
+            architectures={GATE: sha("edited"), OTHER: sha(OTHER)},
+            scenarios=(CUT_IN, BRAKING),
+            numerics="highway",
+            concept_digest=sha("another"),
+            attributes=sha("rain"),
+            designs=dict.fromkeys((CUT_IN, BRAKING), "random"),
+        ),
+        "drivers": baseline(preventable_by=("cc", "fsm")),
+        **{
+            name: plain.model_copy(
+                update={"fsrs": {**plain.fsrs, "FSR-1": fsr_of("FSR-1", **change)}}
+            )
+            for name, change in changed.items()
+        },
+    }
+
+
+def test_findings_are_frozen() -> None:
+    """From each of some baselines to each other one: what decides, and what is a note."""
+    known_ones = variants()
+    lines = []
+    for then in ("plain", "some fail", "margins", "fewer cases", "edited", "idle"):
+        for now, content in known_ones.items():
+            findings = found(known_ones[then], content, **({"m": 0.3} if now == "idle" else {}))
+            lines.append(f"{then} -> {now}: {gate_code_of(findings, ExitCode.OK).name}")
+            lines += [
+                f"  {'!' if item.decides else ' '} {item} {list(item.runs)}" for item in findings
+            ]
+    for now, content in known_ones.items():
+        lines += [f"{now} alone: {item}" for item in state_of(content)]
+    assert_frozen("gate_findings.txt", "\n".join([*lines, ""]))
 
 
 def test_baseline_of_another_odd_is_refused() -> None:

@@ -9,6 +9,7 @@ import pytest
 from adeye.kernel.random import uniform
 from adeye.report.comparison.records import Cost
 from adeye.report.page import charts
+from tests.frozen import assert_frozen
 from tests.report.parts import candidate, comparison
 from tests.stored import known
 
@@ -109,6 +110,27 @@ def cloud(number: int, size: int, width: float) -> list[tuple[float, float]]:
         (300.0 + width * (a - 0.5), 128.0 + 0.45 * width * (b - 0.5))
         for a, b in zip(draws[::2], draws[1::2], strict=True)
     ]
+
+
+def test_labels_of_clouds_are_frozen() -> None:
+    """Each name with its box and leader, where a line is in the way, and what finds no room."""
+    names = [f"suite_{'long_' * (at % 9)}{at}" for at in range(12)]
+    lines = (charts.Box(250.0, 100.0, 350.0, 101.0), charts.Box(300.0, 40.0, 301.0, 200.0))
+    told = []
+    for width, area in (
+        (0.0, AREA),
+        (60.0, AREA),
+        (300.0, AREA),
+        (60.0, charts.Box(250, 90, 400, 170)),
+    ):
+        told.append(f"{width:g} wide in {area}")
+        for item in charts.place_labels(names, cloud(3, 12, width), area, lines):
+            if item is None:
+                told.append("  none")
+                continue
+            leader = "" if item.leader is None else " to ".join(f"{at:.2f}" for at in item.leader)
+            told.append(f"  {item.text}: {' '.join(f'{at:.2f}' for at in item.box.row)}; {leader}")
+    assert_frozen("labels.txt", "\n".join([*told, ""]))
 
 
 @pytest.mark.parametrize("width", [0.0, 20.0, 100.0, 440.0])

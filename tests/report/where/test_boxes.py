@@ -7,6 +7,7 @@ import pytest
 
 from adeye.report.where.boxes import Box, Scale, separate
 from adeye.signals import Bools, Ints
+from tests.frozen import assert_frozen
 from tests.report.where.exhaustive import search
 
 GRID: Ints = np.array(list(itertools.product(range(4), range(3), range(3))))
@@ -117,3 +118,23 @@ def test_box_is_the_one_that_is_found_where_every_box_is_written_out(seed: int) 
         axis: levels.tolist() for axis, levels in meant.chosen.items()
     }
     assert list(box.chosen) == list(meant.chosen)
+
+
+def test_boxes_of_random_tables_are_frozen() -> None:
+    """Of each table what is inside, on which axes, and whether nothing better is there."""
+    lines = []
+    for seed in range(60):
+        codes, fails, passes, scales = random_table(seed)
+        box = separate(codes, fails, passes, scales)
+        axes = "; ".join(
+            f"{axis} in {np.flatnonzero(levels).tolist()} of {len(levels)}"
+            for axis, levels in sorted(box.chosen.items())
+        )
+        inside = box.holds(codes)
+        lines.append(
+            f"{seed}: {'outside' if box.is_inverse else 'inside'} {axes or 'everything'}, "
+            f"{'exact' if box.is_exact else 'searched'}; {fails[inside].sum()} fail and "
+            f"{passes[inside].sum()} pass there, {fails[~inside].sum()} and "
+            f"{passes[~inside].sum()} elsewhere"
+        )
+    assert_frozen("boxes.txt", "\n".join([*lines, ""]))

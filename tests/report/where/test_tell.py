@@ -3,6 +3,7 @@
 import json
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import pytest
 
@@ -15,6 +16,7 @@ from adeye.report.where.records import Separation, Site
 from adeye.report.where.tell import Cases, cases_of, tell_where
 from adeye.store.write.queue import NamedCase
 from adeye.sweep.case import TestCase
+from tests.frozen import as_json, assert_frozen, masked
 from tests.project import Executed, Project
 from tests.report.where.planting import AXES, SAFE, compared_of
 from tests.sql import rows
@@ -189,3 +191,28 @@ def test_what_is_not_there_is_refused(mini: Executed) -> None:
             fsr = asked.pop("fsr", "FSR-02")
             with pytest.raises(UsageError, match=said):
                 tell_where(repository, replace(campaign), fsr, **asked)  # type: ignore[arg-type]
+
+
+def test_what_is_told_of_planted_failures_is_frozen(project: Project) -> None:
+    """Where they are, with how many on which side, and the words that choose and plan them."""
+    plan = project.plan()
+    lines = []
+    regions: dict[str, Callable[[TestCase], bool]] = {
+        **REGIONS,
+        "two": lambda case: point(case)[2] != "none" or point(case)[0] < 21.0,
+        "few": lambda case: point(case)[0] < 21.0 and point(case)[1] > 119.0,
+        "every fifth": lambda case: int(7 * point(case)[0] + 3 * point(case)[1]) % 5 == 0,
+    }
+    for name, fails in regions.items():
+        for other in (PASS, VACUOUS, INCONCLUSIVE):
+
+            def verdict(case: TestCase, fails: Any = fails, other: int = other) -> int:
+                if point(case)[1] > 125.0 and other != PASS:
+                    return other
+                return FAIL if fails(case) else PASS
+
+            site = planted(plan, verdict)
+            (cases,) = sites(plan, [verdict(case) for case in plan.cases])
+            lines.append(f"{name}, {other}, told by {', '.join(cases.mattering) or 'none'}")
+            lines.append(as_json(site.model_dump(mode="json")))
+    assert_frozen("where.txt", masked("\n".join(lines)))

@@ -1,6 +1,7 @@
 """Channels over a middleware: real nodes in processes of their own, honest ones and others."""
 
 import io
+import math
 import os
 import sys
 import time
@@ -26,6 +27,7 @@ from adeye.testing import channel_context
 from adeye.trace import ChannelEvent
 from docs import walk
 from tests.conftest import MakeProject
+from tests.frozen import assert_frozen, described
 from tests.motorway import cut_ins
 from tests.project import Project
 from tests.refusals import refused
@@ -68,6 +70,39 @@ def told(version: int = 2, **sensors: Any) -> dict[str, list[Any]]:
     for topic, message in topics.messages(b"{}\n", shown):
         found.setdefault(topic, []).append(message)
     return found
+
+
+SEEN = [[40.0, 2.0, 1.0, 0.0, 4.5, 1.8, 1], [25.0, -3.5, None, 0.5, 9.0, 2.5, -1]]
+ESTIMATE = [120.0, -4.0, 0.3, 22.0, 1.5, 0.02, 0.05, 3.5, 3, 0.25, 0.01, 1, 0.4]
+POINTS = [[10.0, 0.2, 0.1], [0.0, 0.3, 0.1], [31.5, -1.2, -0.05]]
+EVERYTHING = {
+    "pose": sample(estimate=ESTIMATE),
+    "radar": sample(most=8, detections=SEEN, stamp=1.25),
+    "lidar": sample(points=POINTS, most=2, detections=SEEN[:1], stamp=0.05),
+    "imu": sample(values=[0.5, -0.25, 0.125]),
+    "gnss": sample(values=[1500.0, -2500.0]),
+}
+
+
+@pytest.mark.parametrize("version", [1, 2])
+def test_messages_are_frozen(version: int) -> None:
+    """Of a tick at which all deliver, of one without a position, and of one of nothing new."""
+    lines = []
+    for name, content in (
+        ("all", EVERYTHING),
+        ("no position", {"gnss": sample(values=[None, None]), "pose": sample(fresh=False)}),
+        ("nothing new", {name: {**item, "fresh": False} for name, item in EVERYTHING.items()}),
+    ):
+        for topic, messages in told(version, **content).items():
+            for message in messages:
+                lines += described(message, f"{name} {topic}")
+    topics = ros_messages.Topics(HELLO, version)
+    list(topics.messages(b"{}\n", {"tick": 7, "time": 0.35, "sensors": {}}))
+    for secs, nsecs in ((0, 350_000_000), (0, 350_000_001), (0, 0), (1, 0)):
+        lines += described(topics.answer(secs, nsecs, 1.5, math.nan), f"answer {secs} {nsecs}")
+    for kind, parts in ros_messages.definitions(version).items():
+        lines.append(f"{kind}: {'; '.join(str(part) for part in parts)}")
+    assert_frozen(f"ros_{version}.txt", "\n".join([*lines, ""]))
 
 
 def test_topics_that_can_be_renamed_are_those_that_there_are() -> None:

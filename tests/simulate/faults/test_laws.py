@@ -10,6 +10,7 @@ from adeye.signals import FAULT, Authority, ControlCommand
 from adeye.simulate.faults.schedule import INJECTORS
 from adeye.spec.fault import MODELS, model_of
 from adeye.testing.sensors import injector, moment, three_objects
+from tests.frozen import assert_frozen
 from tests.simulate.faults.flows import sample
 
 STEP = 0.05
@@ -169,6 +170,34 @@ def test_run_is_the_same_alone_and_in_a_batch(law: Law) -> None:
     for run in range(RUNS):
         alone = history(law, parameters, [run])
         assert [got[0] for _, got, _ in alone] == [got[run] for _, got, _ in together]
+
+
+def told(item: Any, run: int) -> str:
+    """Write the numbers of a thing in a run, of each of its arrays the sum."""
+    arrays = (
+        [item] if isinstance(item, np.ndarray) else [getattr(item, f.name) for f in fields(item)]
+    )
+    sums = [np.sum(array[run]) for array in arrays if isinstance(array, np.ndarray)]
+    return " ".join(f"{value:.9g}" for value in sums)
+
+
+def test_what_faults_make_of_numbers_is_frozen() -> None:
+    """Each model with its strong parameters, and where chance decides with those of a half."""
+    lines = []
+    for law in LAWS:
+        chance = {"probability": 0.5} if law.target.startswith("links") else {}
+        parameters = law.strong | (chance if law.model != "delay" else {})
+        made = injector(
+            law.model, law.target, context=CONTEXT, step=STEP, parameters=[parameters] * RUNS
+        )
+        for tick in range(TICKS):
+            there = np.array([ONSETS[run] <= tick < ENDS[run] for run in range(RUNS)])
+            ages = np.array([(tick - ONSETS[run] + 0.5) * STEP for run in range(RUNS)])
+            given = thing(law.target, tick, list(range(RUNS)))
+            after = made.apply(given, moment(there, time=tick * STEP, age=ages))
+            if tick in {4, 5, 8, 11, 13}:
+                lines.append(f"{law} tick {tick}: {told(after, 0)}; {told(after, 2)}")
+    assert_frozen("faults.txt", "\n".join([*lines, ""]))
 
 
 # --- Every model has its injector for every kind of target that it fits, and obeys the laws -------

@@ -17,6 +17,7 @@ from adeye.spec.fault import FAULT, MODELS, SensorFault, model_of
 from adeye.spec.sensor_faults import SIGNALS, has_signal
 from adeye.testing.sensors import moment
 from adeye.units import Dimension
+from tests.frozen import assert_frozen
 from tests.motorway import ARCHITECTURE, fault
 from tests.simulate.faults import streams as sensed
 from tests.simulate.faults.streams import (
@@ -748,3 +749,46 @@ def test_pixel_faults_have_no_patches_where_they_are_not_present() -> None:
         assert patches is not None
         assert (patches[1] == 0.0).all()
         assert (patches[[0, 2]] != 0.0).any()
+
+
+# --- Numbers: what sensors of all kinds deliver, and what each fault makes of it ------------------
+
+
+def told(item: s.Measurement, run: int) -> str:
+    """Write what a sensor delivers in a run: its sample, how many it sees, sums of its columns."""
+    parts = [
+        f"at {item.stamp[run]:.9g}",
+        "new" if item.fresh[run] else "old",
+        "" if item.alive[run] else "dead",
+        f"of {item.source[run, item.mask[run]].tolist()}",
+        *(
+            f"{name} {' '.join(f'{value:.9g}' for value in np.atleast_2d(found).sum(axis=0))}"
+            for name, found in (
+                ("seen", item.detections[run, item.mask[run]]),
+                ("estimate", None if item.estimate is None else item.estimate[run]),
+                ("values", None if item.values is None else item.values[run]),
+                ("points", None if item.points is None else item.points[run]),
+            )
+            if found is not None
+        ),
+    ]
+    return ", ".join(part for part in parts if part)
+
+
+def test_what_sensors_deliver_is_frozen() -> None:
+    lines = [
+        f"{name} run {run} tick {tick}: {told(ticks[tick], run)}"
+        for name, ticks in sensed.streams().items()
+        for run in range(3)
+        for tick in (0, 2, 5, 13, 39)
+    ]
+    assert_frozen("sensors.txt", "\n".join([*lines, ""]))
+
+
+def test_what_faults_make_of_sensors_is_frozen() -> None:
+    lines = []
+    for model, sensor, signal in FIRST:
+        pairs = sensed.played(sensed.made(model, sensor, full(model, signal)), sensor)
+        for tick in (ONSET, ONSET + 5, END - 1, END + 2):
+            lines += [f"{model} {sensor} {signal} tick {tick}: {told(pairs[tick][1], 2)}"]
+    assert_frozen("sensor_faults.txt", "\n".join([*lines, ""]))
