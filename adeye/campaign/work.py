@@ -19,7 +19,7 @@ from adeye.campaign import debugger
 from adeye.campaign.events import happenings
 from adeye.campaign.parts import plugin_of, use_plugin_metrics
 from adeye.campaign.traces import Keep, keep_traces
-from adeye.errors import AdeyeError, PluginError
+from adeye.errors import AdeyeError, PlatformError, PluginError
 from adeye.judge.evaluate import Evaluation, JudgementColumns, evaluate_trace
 from adeye.judge.extremes import EXTREME, SAMPLES, Extremes
 from adeye.judge.metrics import METRICS
@@ -318,16 +318,35 @@ def _execute(task: BatchTask) -> BatchResult:
     if not cases:
         return BatchResult()
     context = task.context
+    _require_usual_arithmetic()
     with settings_kept():
         use_plugin_metrics(context.metrics, context.odd_folder)
         trace = context.drive(cases, memory=_memory())
         evaluation = evaluate(trace, cases, context.requirements, context.faults)
+    _require_usual_arithmetic()
     engines = [context.engines[case.architecture.architecture] for case in cases]
     files = keep_traces(trace, evaluation, context.keep)
     everything = describe(trace, evaluation, engines, files, paced=context.pace is not None)
     executed = len(task.execute)
     runs = everything.take(np.arange(executed)) if executed else None
     return BatchResult(runs, _judged(task, everything) if task.judge else None)
+
+
+def _require_usual_arithmetic() -> None:
+    """Refuse to compute where this thread does not round to nearest, or flushes small numbers.
+
+    Code from outside can set it (``fesetround``): every bit would be another.
+
+    Raises:
+        PlatformError: It does not.
+    """
+    half, least = math.ldexp(1.0, -53), math.ldexp(1.0, -1022)
+    is_nearest = 1.0 + half == 1.0 and -1.0 - half == -1.0 and 1.0 + 1.5 * half != 1.0
+    if not is_nearest or 0.5 * least == 0.0:
+        raise PlatformError(
+            "this process does not round to nearest, or flushes small numbers to zero. What executes "
+            "blocks, or a library, has set that: take fesetround or the like out of it."
+        )
 
 
 def has_clock(architecture: Architecture, *, paced: bool) -> bool:

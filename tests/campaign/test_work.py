@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import ctypes
+import ctypes.util
 import json
 import pickle
+import platform
 from dataclasses import fields, is_dataclass, replace
 from typing import Any
 from unittest.mock import Mock
@@ -38,6 +41,23 @@ Candidates = tuple[list[TestCase], Trace]
 def task(mini: Executed, cases: list[TestCase], **changes: Any) -> work.BatchTask:
     parts = {"block": 1, "execute": tuple(cases), "judge": (), **changes}
     return work.BatchTask(**parts, context=mini.plan.work)
+
+
+@pytest.mark.parametrize("way", ["FE_DOWNWARD", "FE_UPWARD", "FE_TOWARDZERO"])
+def test_thread_that_rounds_otherwise_than_to_nearest_executes_nothing(
+    mini: Executed, way: str
+) -> None:
+    ways = {"FE_DOWNWARD": 0x400, "FE_UPWARD": 0x800, "FE_TOWARDZERO": 0xC00}
+    if platform.machine() != "x86_64":
+        pytest.skip("numbers of the modes are those of x86-64")
+    library = ctypes.CDLL(ctypes.util.find_library("m"))
+    cases = [next(iter(mini.plan.expansion.cases()))]
+    assert library.fesetround(ways[way]) == 0
+    try:
+        with pytest.raises(PlatformError, match="does not round to nearest"):
+            work.execute(task(mini, cases))
+    finally:
+        library.fesetround(0)
 
 
 @pytest.fixture(scope="module")
