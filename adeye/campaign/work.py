@@ -344,8 +344,8 @@ def _require_usual_arithmetic() -> None:
     is_nearest = 1.0 + half == 1.0 and -1.0 - half == -1.0 and 1.0 + 1.5 * half != 1.0
     if not is_nearest or 0.5 * least == 0.0:
         raise PlatformError(
-            "this process does not round to nearest, or flushes small numbers to zero. What executes "
-            "blocks, or a library, has set that: take fesetround or the like out of it."
+            "this process does not round to nearest, or flushes small numbers to zero. What "
+            "executes blocks, or a library, has set that: take fesetround or the like out of it."
         )
 
 
