@@ -14,12 +14,14 @@ from typing import Any
 import pytest
 
 from adeye import plugin_code
+from adeye.answers import gate_campaign
 from adeye.campaign import parts as delivered
 from adeye.errors import InputError, IntegrityError, SpecError
 from adeye.judge.metrics import METRICS, register_metric
 from adeye.judge.verdict import ExitCode, Verdict
 from adeye.plugin_code import with_imports
 from adeye.plugins import load_part
+from adeye.report.gate.decide import GateOptions
 from adeye.spec.load import load_architecture, load_odd
 from adeye.store.tables import METRIC_IDS
 from adeye.testing import zoo
@@ -390,6 +392,8 @@ def test_metric_that_raises_is_refused_though_no_fsr_is_bound_on_it(measured: Pr
     assert {line.verdict for line in summary.verdicts} == {Verdict.PASS}
     said = f"metric top_speed_mps raised in {summary.planned} run"
     assert (summary.exit_code, said in summary.message) == (ExitCode.INCOMPLETE, True)
+    found = gate_campaign(measured.db, None, GateOptions())
+    assert [item.text[: len(said)] for item in found.findings if item.decides] == [said]
     with measured.edited_odd() as odd:
         odd["gate"] = {**odd.get("gate", {}), "channel_failures": "allow"}
     allowed = measured.run()

@@ -406,6 +406,8 @@ def judge_campaign(
         )
         for item in failures
     ]
+    refused, _ = totals.failed_parts(repository, campaign)
+    own += [Finding(Kind.UNDECIDED, text, decides=True) for text in refused]
     changed: list[Finding] = []
     if then is not None:
         check_same_odd(then, now, str(path))

@@ -534,7 +534,7 @@ def gate_code(
     code = gate_exit(verdicts, planned=planned, accounted=accounted)
     reasons += [*lost, *_unasked(verdicts)]
     failures = channel_failures(repository, campaign)
-    raised, again = _failed_parts(repository, campaign)
+    raised, again = failed_parts(repository, campaign)
     reasons += raised
     if raised or any(item.refused for item in failures):
         code = exit_code([code, ExitCode.INCOMPLETE])
@@ -598,7 +598,7 @@ def _changed_by_step(repository: Repository, campaign: CampaignInfo) -> list[str
     return list(told)
 
 
-def _failed_parts(repository: Repository, campaign: CampaignInfo) -> tuple[list[str], list[str]]:
+def failed_parts(repository: Repository, campaign: CampaignInfo) -> tuple[list[str], list[str]]:
     """Say which results came out only when they were tried again, and which metrics failed.
 
     Returns:
