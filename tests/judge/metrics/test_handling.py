@@ -62,6 +62,12 @@ def test_safe_state_is_timed_from_the_first_onset_until_the_ego_stands_for_good(
     assert handled(standing.trace()).safe.tolist() == [5]
 
 
+def test_fault_of_the_first_row_is_one() -> None:
+    found = measure(faulty(stopping(14), rows=slice(None)), "fault_to_safe_state_s")
+    assert found == (pytest.approx(1.4), "value", pytest.approx(1.4))
+    assert handled(faulty(stopping(14), rows=slice(None)).trace()).safe.tolist() == [14]
+
+
 def test_safe_state_that_is_not_reached_or_not_known_has_no_time() -> None:
     unknown = faulty(stopping(14))
     unknown.columns["ego"][0, 2, 3] = np.nan
