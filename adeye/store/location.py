@@ -188,7 +188,11 @@ def locate(place: Place = None) -> Location:
     if scheme != "sqlite" or not path:
         # The URL may hold a password, so only its scheme is shown.
         raise InputError(f"database: {scheme}://… is not supported", remedy=_FORMS)
-    return Location.of_file(_file(path))
+    file = _file(path)
+    if path == rest:
+        # With two slashes the first part would be the name of a host.
+        raise InputError("database: sqlite://… lacks a third slash", remedy=_FORMS)
+    return Location.of_file(file)
 
 
 def _file(text: str) -> Path:
