@@ -131,7 +131,8 @@ def stale_now(repository: Repository, campaign: CampaignInfo) -> StaleFiles | st
         repository: The database.
         campaign: The campaign; its ODD is looked for where it was when it ran.
     """
-    path = odd_of(campaign.provenance, repository.location.beside.parent)
+    later = [item.provenance for item in repository.evidence.sessions(campaign.id)]
+    path = odd_of(campaign.provenance, repository.location.beside.parent, later)
     if not path.is_file():
         return f"The ODD of the campaign is no longer at {path}."
     try:

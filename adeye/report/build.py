@@ -150,7 +150,8 @@ class ReportBuilder:
         provenance = self.campaign.provenance
         # What the files say now has lines; what was stored has none.
         near = self.repository.location.beside.parent
-        odd_path = str(odd_of(provenance, near)) if provenance.get("odd_path") else ""
+        later = [item.provenance for item in self.repository.evidence.sessions(self.campaign.id)]
+        odd_path = str(odd_of(provenance, near, later)) if provenance.get("odd_path") else ""
         places = sections.places_of(odd_path, self.odd, self.concept, near)
         rules = RULES if self.is_read_whole else PLAN_RULES
         checked = check_campaign(self.repository.location, self.campaign.id, rules=rules)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib.resources import files
 from pathlib import Path
@@ -388,15 +388,25 @@ def load_grid(path: str | Path) -> Loaded[GridSettings]:
     return _load(Path(path), GridSettings)
 
 
-def odd_of(provenance: Mapping[str, Any], near: Path | None = None) -> Path:
+def odd_of(
+    provenance: Mapping[str, Any],
+    near: Path | None = None,
+    later: Sequence[Mapping[str, Any]] = (),
+) -> Path:
     """Find the file of the ODD that a campaign was planned from, see ``find_odd``.
 
     Args:
         provenance: Of the campaign; the path is empty if it does not tell.
         near: Folder of the database.
+        later: Provenances of those that worked on it, of which the last one counts whose file is
+            there, if the first is gone.
     """
     path, place = (str(provenance.get(name, "")) for name in ("odd_path", "odd_place"))
-    return find_odd(path, near, place) if path else Path()
+    found = find_odd(path, near, place) if path else Path()
+    if found.is_file():
+        return found
+    others = (odd_of(item, near) for item in reversed(later))
+    return next((other for other in others if other.is_file()), found)
 
 
 def odd_asked_about(

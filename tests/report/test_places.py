@@ -118,6 +118,9 @@ def test_odd_of_a_project_that_was_moved_is_found_though_it_was_named_whole(
     monkeypatch.chdir(tmp_path.parent)
     assert odd_of(known, root / ".adeye").resolve() == path.resolve()
     assert odd_of(known, Path("/")) == Path(gone)
+    # Who worked on it since names the place where it is now.
+    now = {"odd_path": str(path), "odd_place": str(path)}
+    assert odd_of(known, Path("/"), [known, now, known]).resolve() == path.resolve()
     # The database is elsewhere, as on a server.
     monkeypatch.chdir(root)
     assert odd_of(known, Path("/")) == Path("odd/motorway_chauffeur.yaml")
