@@ -398,7 +398,8 @@ def same_scenarios(expansion: Expansion) -> Iterator[str]:
         if count:
             yield (
                 f"{count:,} of {planned[name]:,} test cases of {name} are those of {first} under "
-                "another name; equal results count once"
+                "another name; equal results count once, and others differ by random draws only, "
+                "as replicates do"
             )
 
 
