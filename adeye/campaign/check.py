@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import cache
-from itertools import islice
+from itertools import chain, islice
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any
 
@@ -580,15 +580,14 @@ def _check_axes(expansion: Expansion) -> tuple[str, ...]:
 def _moving(section: Section, shared: Shared) -> set[str]:
     """Name the parameters that change a formula of the scenario at some point of a section.
 
-    ``speed + 0 m/s^2 * delay`` names one that changes nothing. What also hangs on signals, and a
-    parameter that has one value, are taken as they are written.
+    ``speed + 0 m/s^2 * delay`` names one that changes nothing. Of what also hangs on signals the
+    parts count that do not. A parameter that has one value is taken as it is written.
     """
     found: set[str] = set()
     points, size = section.group.points, len(section.rows)
     varied = {axis.name for axis in section.group.axes if axis.kind == "parameter"}
-    for formula in formulas_used(shared.scenario):
-        if not formula.names <= shared.parameters.keys():
-            found |= formula.names
+    parts = (item.parts_of(shared.parameters) for item in formulas_used(shared.scenario))
+    for formula in chain.from_iterable(parts):
         for name in formula.names - found:
             if name not in varied or size == 1:
                 found.add(name)

@@ -7,7 +7,7 @@ variables. Python's ``eval`` is never involved.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 from typing import Any, Final, NamedTuple
@@ -483,6 +483,33 @@ class Expression:
     def names(self) -> frozenset[str]:
         """Every name that it uses."""
         return frozenset(step.text for step in self.steps if step.word == "name")
+
+    def parts_of(self, known: Collection[str]) -> list[Expression]:
+        """List the largest parts of it that use names out of some only; itself, if it does.
+
+        >>> [item.text for item in parse("gap + 0 m * delay <= 3 m").parts_of({"delay"})]
+        ['part of gap + 0 m * delay <= 3 m', 'part of gap + 0 m * delay <= 3 m']
+        """
+        if self.names <= set(known) or any(item.word == "member" for item in self.steps):
+            return [self]
+        found: list[Expression] = []
+        # Where each operand begins, and whether it uses no other name.
+        stack: list[tuple[int, bool]] = []
+        for at, step in enumerate(self.steps):
+            count = POPS[step.word]
+            operands = stack[len(stack) - count :]
+            del stack[len(stack) - count :]
+            is_own = all(item for _, item in operands)
+            is_own &= step.word != "name" or step.text in known
+            if not is_own:
+                ends = [*(begin for begin, _ in operands[1:]), at]
+                found += [
+                    Expression(f"part of {self.text}", self.steps[begin:end])
+                    for (begin, whole), end in zip(operands, ends, strict=False)
+                    if whole
+                ]
+            stack.append((operands[0][0] if operands else at, is_own))
+        return found
 
     @property
     def is_constant(self) -> bool:

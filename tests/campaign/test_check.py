@@ -519,3 +519,29 @@ def test_parameter_that_is_named_and_changes_nothing_is_refused(
             checking.check_cases(expand(files))
     else:
         assert not checking.check_cases(expand(files))
+
+
+@pytest.mark.parametrize(
+    ("condition", "is_idle"),
+    [
+        ("cutter.gap <= gap + 0 m * shade", True),
+        ("cutter.gap <= gap and shade > 0", True),
+        ("cutter.gap * min(1, shade) <= gap", True),
+        ("cutter.gap <= if_(shade > 5, 1 m, gap)", True),
+        ("cutter.gap <= if_(shade > 1, 1 m, gap)", False),
+        ("cutter.gap <= gap + 1 m * shade", False),
+        ("cutter.gap * shade <= gap", False),
+    ],
+)
+def test_parameter_of_a_condition_that_changes_no_part_of_it_is_refused(
+    project: Path, load: Load, condition: str, *, is_idle: bool
+) -> None:
+    path = project / "scenarios_db" / "motorway" / "cut_in.yaml"
+    replace(path, "parameters:\n", "parameters:\n  shade: {default: 1, range: [0, 999]}\n")
+    replace(path, "when: cutter.gap <= gap", f"when: {condition}")
+    files = load({"parameters": {"shade": [1, 2], "gap": ["30 m", "40 m"]}})
+    if is_idle:
+        with pytest.raises(SweepError, match="shade: nothing that happens"):
+            checking.check_cases(expand(files))
+    else:
+        assert not checking.check_cases(expand(files))
