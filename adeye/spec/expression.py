@@ -501,11 +501,11 @@ class Expression:
             del stack[len(stack) - count :]
             is_own = all(item for _, item in operands)
             is_own &= step.word != "name" or step.text in known
-            if not is_own:
+            if operands and not is_own:
                 ends = [*(begin for begin, _ in operands[1:]), at]
                 found += [
                     Expression(f"part of {self.text}", self.steps[begin:end])
-                    for (begin, whole), end in zip(operands, ends, strict=False)
+                    for (begin, whole), end in zip(operands, ends, strict=True)
                     if whole
                 ]
             stack.append((operands[0][0] if operands else at, is_own))

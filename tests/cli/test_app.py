@@ -243,6 +243,7 @@ def test_shell_completion_offers(tmp_path: Path) -> None:
         assert offered in out.split(), line
 
 
+@pytest.mark.slow
 def test_completion_script_can_be_printed(tmp_path: Path) -> None:
     setting = {"_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION": "1"}
     code, out, _ = program("--show-completion", "bash", cwd=tmp_path, **setting)

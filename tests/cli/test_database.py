@@ -94,6 +94,7 @@ def test_reading_is_granted_on_a_server(adeye: Any, server: Any) -> None:
     assert "datasette shows files" in adeye("db", "metadata", "--db", url).err
 
 
+@pytest.mark.slow
 def test_merge_says_what_it_did(adeye: Any, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     schema.upgrade("other.db")
     found = Merged("other.db", ("c",), 1_000, 20_000, 3, 7)
@@ -207,6 +208,7 @@ def test_key_is_not_overwritten_by_the_signature(adeye: Any, folder: Path, campa
     assert "is a baseline, a manifest" in adeye(*asked).refused
 
 
+@pytest.mark.slow
 def test_signed_manifest_is_checked(adeye: Any, folder: Path, campaign: str) -> None:
     pytest.importorskip("cryptography", reason="the extra `sign` is not installed")
     assert campaign

@@ -148,6 +148,7 @@ def expire(project: Project) -> None:
         content["assumptions"][0]["valid_until"] = "2001-01-31"
 
 
+@pytest.mark.slow
 def test_sound_files_have_no_findings(adeye: Any, project: Project) -> None:
     assert project.odd.is_file()
     ended = adeye("check", ODD).ok
@@ -155,6 +156,7 @@ def test_sound_files_have_no_findings(adeye: Any, project: Project) -> None:
     assert ended.out == f"{about}: no findings by 27 rules.\n"
 
 
+@pytest.mark.slow
 def test_finding_is_printed_with_place_and_remedy(adeye: Any, project: Project) -> None:
     expire(project)
     ended = adeye("check", ODD)
@@ -170,6 +172,7 @@ def test_finding_is_printed_with_place_and_remedy(adeye: Any, project: Project) 
     assert last.endswith("1 finding by 1 of 27 rules.")
 
 
+@pytest.mark.slow
 def test_json_and_sarif_have_the_findings(adeye: Any, project: Project) -> None:
     expire(project)
     ended = adeye("check", ODD, "--json", "--sarif", "check.sarif")

@@ -263,6 +263,7 @@ def test_workflow_has_what_plan_takes_for_an_odd_and_what_may_be_a_broken_one(
     assert "odd/first.yaml" in written
 
 
+@pytest.mark.slow
 def test_commands_of_the_readme_exist(adeye: Any) -> None:
     verbs = set(re.findall(rb"^    adeye (\w+)", project_files()["odd/README.md"], re.MULTILINE))
     assert verbs == {b"plan", b"run", b"query", b"show", b"replay"}

@@ -219,6 +219,7 @@ def test_findings_are_not_written_over_the_files_that_are_checked(adeye: Any, fo
         assert "would be overwritten" in adeye(*arguments, name).refused
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("verb", "text"), [(("stl", "always(gap > 2)"), TRACE), (("reference",), CASES)]
 )

@@ -211,6 +211,7 @@ def test_plan_tells_the_design(adeye: Any, odd: str, folder: Path, sweep: str, s
 ODD = str(shipped("odd") / "motorway_chauffeur.yaml")
 
 
+@pytest.mark.slow
 def test_plan_is_told_with_its_gaps(adeye: Any) -> None:
     ended = adeye("coverage", ODD).ok
     lines = ended.out.splitlines()
@@ -221,6 +222,7 @@ def test_plan_is_told_with_its_gaps(adeye: Any) -> None:
     assert "--json lists all" in ended.out
 
 
+@pytest.mark.slow
 def test_json_lists_every_uncovered_pair(adeye: Any) -> None:
     document = adeye("coverage", ODD, "--json").document
     parts = document["table"]["coverage"]["combinations"]

@@ -345,6 +345,7 @@ def distances(
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(10))
 def test_least_so_far_is_the_distance_of_some_row(seed: int) -> None:
     ego, size, others, sizes = scene(seed)

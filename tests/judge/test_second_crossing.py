@@ -105,6 +105,7 @@ def differing(runs: int, seed: int) -> list[Any]:
     return wrong
 
 
+@pytest.mark.slow
 def test_crossings_are_those_of_a_second_implementation() -> None:
     assert differing(FEW, 3) == []
 

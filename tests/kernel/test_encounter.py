@@ -52,6 +52,7 @@ def test_thin_and_fast_crossing_does_not_tunnel() -> None:
     )
 
 
+@pytest.mark.slow
 @given(placed)
 @settings(max_examples=200, deadline=None)
 def test_closest_encounter_is_where_it_says_and_nowhere_nearer(pair: Pair) -> None:

@@ -238,6 +238,7 @@ def test_growth_that_takes_no_time_is_none() -> None:
             assert np.mean(unlike) < 0.03
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", ["cc", "fsm", "rss"])
 def test_verdicts_in_scenes_as_published_are_those_of_the_published_code(model: str) -> None:
     scenes = [

@@ -176,6 +176,7 @@ def test_left_is_positive_on_a_right_curve() -> None:
     assert (s, d, heading, curvature) == pytest.approx((0.0, 2.0, 0.0, -0.01), abs=1e-12)
 
 
+@pytest.mark.slow
 def test_curvature_is_that_of_the_segment() -> None:
     segments = ROADS["s_curve"]
     curvatures = [
@@ -380,6 +381,7 @@ def test_a_place_is_part_of_what_is_there_and_asks_what_holds_there() -> None:
     assert road.PARTS[int(bay[0, 0, road.RULE_PART])] == "parking"
 
 
+@pytest.mark.slow
 def test_bodies_in_refuges_are_marked_run_by_run() -> None:
     s, d = np.array([[430.0, 650.0, 500.0]]), np.full((1, 3), -4.5)
     size = np.array([[4.5, 1.8, 1.5]])

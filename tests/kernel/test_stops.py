@@ -322,6 +322,7 @@ def test_every_level_stands_in_the_middle_of_the_bay() -> None:
         assert hardest == pytest.approx(stops.stop_level(RECORD, level))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [8.0, 15.0, 25.0, 33.0])
 @pytest.mark.parametrize("shoulder", [0.0, 2.5])
 @pytest.mark.parametrize("level", range(stops.STOP_LEVELS))

@@ -109,6 +109,7 @@ def test_braking_with_limited_jerk_stops_after_the_closed_form_distance() -> Non
     assert np.abs(steps).max() <= jerk * STEP + 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("target", [0.0, 12.0, 30.0])
 @pytest.mark.parametrize("rate", [1.5, 6.0])
 def test_new_target_during_braking_is_met_without_a_jump(target: float, rate: float) -> None:

@@ -143,6 +143,7 @@ def test_worst_cases_begin_with_failures_in_the_users_units_and_are_few(built: R
     assert labels["gap"] in {"30 m", "50 m"}
 
 
+@pytest.mark.slow
 def test_page_draws_the_worst_of_failing_fsrs_and_a_passing_run_per_scenario(
     builder: ReportBuilder, rows: list[dict[str, Any]]
 ) -> None:
@@ -230,6 +231,7 @@ def test_report_knows_its_evidence_lines_and_rules(built: Report, repository: Re
     assert sum(item.executed for item in built.realisations) == built.accounted
 
 
+@pytest.mark.slow
 def test_large_campaign_is_not_asked_every_rule(
     builder: ReportBuilder, repository: Repository, monkeypatch: pytest.MonkeyPatch
 ) -> None:

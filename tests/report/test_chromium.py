@@ -71,6 +71,7 @@ def test_playing_stops_at_the_end_and_starts_again_from_the_beginning(tab: Brows
     tab.wait(lambda: 0 < tab.run(TICK) < last)
 
 
+@pytest.mark.slow
 def test_scrubbing_moves_views_plots_and_readouts_together(tab: Browser, page: Path) -> None:
     names = ["world", "belief", "strip"]
     before = [picture(tab, name) for name in names]
@@ -85,6 +86,7 @@ def test_scrubbing_moves_views_plots_and_readouts_together(tab: Browser, page: P
     assert_quiet(tab, page)
 
 
+@pytest.mark.slow
 def test_keys_play_step_and_change_the_run(tab: Browser) -> None:
     tab.run("document.getElementById('replays').scrollIntoView()")
     tab.run("document.getElementById('player').focus()")

@@ -152,6 +152,7 @@ BOMBS = [
 ]
 
 
+@pytest.mark.slow
 def test_a_hundred_bombs_are_refused_at_once() -> None:
     assert len(BOMBS) >= 100
     for bomb in BOMBS:
@@ -377,6 +378,7 @@ def test_long_value_is_cut() -> None:
     assert len(line) < 300
 
 
+@pytest.mark.slow
 def test_many_problems_are_counted_and_the_first_listed() -> None:
     text = "\n".join(["rig: a", "speed: 1 m/s", *(f"k{k}: 1" for k in range(20_000))])
     document = parse_document(text, "f.yaml")

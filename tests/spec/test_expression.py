@@ -246,6 +246,7 @@ def test_program_agrees_with_columns(text: str, values: list[float]) -> None:
         assert found == float(wanted)
 
 
+@pytest.mark.slow
 @settings(max_examples=100)
 @given(
     text=EXPRESSIONS, rows=st.lists(st.tuples(NUMBERS, NUMBERS, NUMBERS), min_size=1, max_size=5)

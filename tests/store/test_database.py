@@ -170,6 +170,7 @@ def test_save_methods_commit(store: Store) -> None:
         assert other.info().rows["odd"] == other.info().rows["concept"] == 1
 
 
+@pytest.mark.slow
 def test_threads_share_a_repository(store: Store) -> None:
     plan = store.plan(40, block_size=2)
     done: list[int] = []

@@ -40,6 +40,7 @@ def test_connections_keep_the_rules(database: Database) -> None:
             assert connection.exec_driver_sql(f"PRAGMA {name}").scalar() == value, name
 
 
+@pytest.mark.slow
 def test_log_of_a_large_transaction_does_not_stay(database: Database) -> None:
     log = Path(f"{database.location.path}-wal")
     with database.write() as connection:

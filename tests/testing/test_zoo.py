@@ -194,6 +194,7 @@ def test_nothing_is_left_of_the_zoo(visit: Visit) -> None:
     assert visit.grown_mib < 50.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["sleeps", "stops_itself", "ignores_sigterm"])
 def test_hang_costs_at_most_a_second_beyond_its_deadline(tmp_path: Path, name: str) -> None:
     zoo.settle(tmp_path)

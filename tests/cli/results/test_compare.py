@@ -56,6 +56,7 @@ def test_architectures_alone_are_of_the_latest_campaign(adeye: Any, of_suites: A
     assert [item["id"] for item in document["candidates"]] == ["no_radar", "twin"]
 
 
+@pytest.mark.slow
 def test_objectives_and_epsilon(adeye: Any, of_suites: Any) -> None:
     given = ("--objectives", "cost, failures", "--epsilon", "cost=50")
     document = adeye("compare", *of_suites, "--json", *given).document
@@ -118,6 +119,7 @@ def test_forms_of_an_interrupted_campaign_agree(adeye: Any, suites: Executed, fo
             assert f"{item['failing']} of {item['cases']}" in flat
 
 
+@pytest.mark.slow
 def test_largest_loss_is_a_loss_or_none(adeye: Any, of_suites: Any) -> None:
     found: Counter[str] = Counter()
     column = -1

@@ -11,6 +11,7 @@ import pytest
 # --- ``adeye preventability``: the table, the findings, and what it refuses
 
 
+@pytest.mark.slow
 def test_findings_are_listed_with_their_commands(adeye: Any, copied: str) -> None:
     done = adeye("preventability", "--db", copied, "--model", "cc,rss").ok
     assert "Only the model" in done.out
@@ -32,6 +33,7 @@ def test_json_has_every_run(adeye: Any, copied: str) -> None:
     assert "unknown" not in cells
 
 
+@pytest.mark.slow
 def test_without_a_conflict_it_says_so(adeye: Any, copied: str) -> None:
     sql = "SELECT run FROM v_runs WHERE contact = 0"
     one = adeye("query", sql, "--db", copied, "--format", "csv").out.split()[1]

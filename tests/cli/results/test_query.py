@@ -90,6 +90,7 @@ def test_no_rows_are_an_answer(adeye: Any, mini: Any, monkeypatch: pytest.Monkey
 ROWS = "SELECT 1 AS a, '=cmd' AS b, 'x\x1b[31m' AS c UNION ALL SELECT 2.5, NULL, 'y'"
 
 
+@pytest.mark.slow
 def test_file_is_written_as_its_name_says(adeye: Any, folder: Any) -> None:
     for name in ("rows.csv", "rows.json", "rows.parquet"):
         ended = adeye("query", ROWS, "-o", name)

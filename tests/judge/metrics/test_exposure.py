@@ -122,6 +122,7 @@ def test_unknown_is_an_error_and_not_left_out() -> None:
     assert sums([1.0], [0.0], [math.nan])[1] == ERROR
 
 
+@pytest.mark.slow
 def test_standing_ego_needs_no_way() -> None:
     _, _, codes = least_stopping_shares(
         np.array([2]), np.array([[5.0, 5.0]]), np.zeros((1, 2)),

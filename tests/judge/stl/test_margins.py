@@ -46,6 +46,7 @@ def compare(text: str, signals: dict[str, Series], held: np.ndarray, worth: np.n
     return BATCH
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_it_is_the_least_that_the_consequent_is_worth_where_the_precondition_held(
     seed: int,

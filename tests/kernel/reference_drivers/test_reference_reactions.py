@@ -298,6 +298,7 @@ def test_impact_speed_converges_with_the_step(model: str) -> None:
     assert worst[-1] < 0.5 * worst[0]
 
 
+@pytest.mark.slow
 @compiled_only
 @pytest.mark.parametrize("model", MODELS)
 def test_both_integrators_meet_for_small_steps(model: str) -> None:

@@ -81,6 +81,7 @@ def test_a_vehicle_between_two_lanes_is_seen_on_both() -> None:
     assert around(road, 0, who) == around(road, 1, who) == (between, -1)
 
 
+@pytest.mark.slow
 def test_a_vehicle_more_than_a_metre_off_the_lane_is_not_seen() -> None:
     road = LaneRoad(1)
     who, other = road.put(0, 100.0), road.put(0, 130.0)

@@ -162,6 +162,7 @@ def changed_road(trace: Trace, **changes: Any) -> Trace:
 LIDAR = {"kind": "lidar", "fidelity": "physical", "mount": {"x": 2.0, "z": 0.6}, "range": 150.0}
 
 
+@pytest.mark.slow
 def test_returns_of_a_lidar_are_drawn_once_per_sample(mini: Executed) -> None:
     case = mini.plan.cases[0]
     content = case.architecture.model_dump(mode="json")

@@ -141,6 +141,7 @@ def test_headline_says_gate_exit_code_and_counts(tree: Any) -> None:
         assert words in text
 
 
+@pytest.mark.slow
 def test_page_keeps_to_its_size_and_lists_what_it_left_out(report: Report) -> None:
     full = render(report)
     limit = len(full.encode()) - 1000
@@ -152,6 +153,7 @@ def test_page_keeps_to_its_size_and_lists_what_it_left_out(report: Report) -> No
     assert left_out == [report.replays[2].command]
 
 
+@pytest.mark.slow
 def test_twenty_long_replays_fit() -> None:
     one = build_report(rows=500).replays[1]
     replays = tuple(one.model_copy(update={"run": f"run{number}"}) for number in range(20))
@@ -173,6 +175,7 @@ def test_missing_cell_is_shown_as_not_run(report: Report) -> None:
     assert set(lidar) == {"NOT_RUN"}
 
 
+@pytest.mark.slow
 def test_written_file_is_the_page_and_one_that_cannot_be_written_a_platform_error(
     report: Report, tmp_path: Path
 ) -> None:

@@ -98,6 +98,7 @@ def test_object_on_the_way_back_counts_and_one_of_unsure_speed_does_not_yet() ->
     assert view((40.0, 0.0, 0.0, 0.0), variance=100.0)[subject.PATH_GAP] == np.inf
 
 
+@pytest.mark.slow
 def test_braking_of_the_object_ahead_counts_until_it_stands() -> None:
     # Both at 20 m/s: it stops within 200/6 m, which is added to the gap.
     path = view((40.0, 0.0, 20.0, 0.0), braking=-6.0)

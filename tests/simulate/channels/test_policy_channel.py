@@ -53,6 +53,7 @@ def ask(channel: Any, speeds: list[float], *, ticks: int = 1, alive: bool = True
     return answer  # type: ignore[no-any-return]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["keep", "Predictor", "network", "Batched"])
 def test_conforms(folder: Path, name: str) -> None:
     check_channel(lambda: subject.PolicyChannel(folder), parameters(name))

@@ -256,6 +256,7 @@ def nothing() -> Floats:
     return np.zeros((subject.THINGS, subject.THING_SIZE))
 
 
+@pytest.mark.slow
 def test_speed_and_acceleration_follow_from_places() -> None:
     things = nothing()
     for tick in range(5):

@@ -284,6 +284,7 @@ def test_time_to_detect_silence_follows_staleness_delay_and_debounce(
         assert times.switch_s == pytest.approx(times.detect_s)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("delay", [0, 2])
 def test_time_to_detect_a_wrong_command_is_the_links_tick_and_the_debounce(
     delay: int, tmp_path: Path
@@ -298,6 +299,7 @@ def test_time_to_detect_a_wrong_command_is_the_links_tick_and_the_debounce(
         assert round(times.fdti_s / STEP) == 1 + math.ceil(confirm / STEP - 1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("delay", [0, 2])
 def test_time_to_detect_blindness_follows_the_sensors_period_and_latency(
     delay: int, tmp_path: Path

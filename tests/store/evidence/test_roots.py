@@ -67,6 +67,7 @@ def test_sessions_tell_who_and_with_what(repository: Repository, campaign: str) 
     assert repository.evidence.sessions("none") == ()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("verdict", [Verdict.PASS, Verdict.FAIL])
 def test_withdrawn_result_is_no_evidence_in_any_campaign(store: Store, verdict: Verdict) -> None:
     store.example.requirements = store.example.requirements[:1]

@@ -468,6 +468,7 @@ def copy_of(repository: Repository, to: str, *campaigns: str) -> Repository:
     return into
 
 
+@pytest.mark.slow
 def test_copy_of_all_campaigns(repository: Repository, two: tuple[str, str], target: str) -> None:
     before = rows_of(repository)
     everyone = [item.id for item in repository.campaigns()]

@@ -246,6 +246,7 @@ def counted(repository: Repository, block: Block, runs: RunBlock) -> Counted | N
         return count_block(connection, block.id, runs)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(12))
 def test_columns_and_rows_count_to_the_same(store: Store, seed: int) -> None:
     campaign, block = planned(store)

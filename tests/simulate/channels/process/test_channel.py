@@ -108,6 +108,7 @@ def test_status_is_taken_over_and_silence_freezes_stamp_and_values(folder: Path)
     assert channel.events == [None]
 
 
+@pytest.mark.slow
 def test_run_deadline_counts_all_that_it_keeps_its_run_waiting(folder: Path) -> None:
     slow = told(sleep=0.2)
     given = slow.model_copy(update={"run_deadline": 0.9, "step_deadline": 0.8})

@@ -158,6 +158,7 @@ def test_peer_that_dies_has_closed_its_connection(bench: Bench, name: str) -> No
     assert event.is_machine_dependent
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["sleeps", "never_says_hello", "says_half_a_line_and_waits"])
 def test_peer_that_hangs_is_given_up_at_its_deadline(bench: Bench, name: str) -> None:
     began = time.perf_counter()

@@ -340,6 +340,7 @@ def test_without_channel_link_silence_never_fires() -> None:
     assert not monitor(done, "nominal_silent", 0).any()
 
 
+@pytest.mark.slow
 def test_conforms() -> None:
     for links in (LINKS, ("truth",), ("channels.nominal",)):
         sensors = {"truth": "ground_truth"} if "truth" in links else {"x": "radar"}

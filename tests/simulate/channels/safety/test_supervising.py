@@ -169,6 +169,7 @@ def test_nominal_channel_drives_on_to_the_place_of_its_level() -> None:
         assert done.ego[:, 4].min() >= -4.0 - 1e-9
 
 
+@pytest.mark.slow
 def test_better_place_is_not_worth_a_harder_braking() -> None:
     item = waiting(3)
     for ahead in (150.0, 250.0, 350.0):
