@@ -63,11 +63,19 @@ def masked(text: str, *folders: Path) -> str:
     return "".join(f"{line.rstrip()}\n" for line in text.splitlines())
 
 
+_WIDEST = 120
+_INNER = re.compile(r"([\[{])\s+([^\[\]{}]{0,400}?)\s+([\]}])")
+
+
 def as_json(content: Any) -> str:
-    """Lay out JSON, short lists on a line of their own."""
-    text = json.dumps(content, indent=1, ensure_ascii=False)
-    inner = re.compile(r"\[\s+([^\[\]{}]{0,400}?)\s+\]")
-    return inner.sub(lambda found: f"[{' '.join(found[1].split())}]", text) + "\n"
+    """Lay out JSON, a list and a short record that hold no other on a line of their own."""
+
+    def folded(found: re.Match[str]) -> str:
+        line = " ".join(found[2].split())
+        is_folded = found[1] == "[" or len(line) <= _WIDEST
+        return f"{found[1]}{line}{found[3]}" if is_folded else found[0]
+
+    return _INNER.sub(folded, json.dumps(content, indent=1, ensure_ascii=False)) + "\n"
 
 
 def described(thing: Any, name: str = "", indent: str = "") -> list[str]:

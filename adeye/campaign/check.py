@@ -583,39 +583,39 @@ def _moving(section: Section, shared: Shared) -> set[str]:
     ``speed + 0 m/s^2 * delay`` names one that changes nothing. Of what also hangs on signals the
     parts count that do not. A parameter that has one value is taken as it is written.
     """
-    found: set[str] = set()
-    points, size = section.group.points, len(section.rows)
-    varied = {axis.name for axis in section.group.axes if axis.kind == "parameter"}
+    points, rows = section.group.points, section.rows
+    varied: dict[str, Any] = {}
+    for axis in section.group.axes:
+        if axis.kind == "parameter":
+            column = points.column(axis.name, rows)
+            if (column != column[0]).any():
+                varied[axis.name] = column
     parts = (item.parts_of(shared.parameters) for item in formulas_used(shared.scenario))
-    for formula in chain.from_iterable(parts):
-        for name in formula.names - found:
-            if name not in varied or size == 1:
-                found.add(name)
-                continue
-            first = points.column(name, section.rows[:1])
-            is_one, is_moving = True, False
-            for start in range(0, size, BATCH):
-                rows = section.rows[start : start + BATCH]
-                columns = {
-                    other: points.column(other, rows) if other in varied else value
-                    for other, value in shared.parameters.items()
-                    if other in formula.names
-                }
-                is_one &= bool(np.all(columns[name] == first))
-                try:
-                    pair = [
-                        formula.evaluate({**columns, name: column})
-                        for column in (columns[name], first.repeat(len(rows)))
-                    ]
-                except InputError:
-                    is_moving = True
-                else:
-                    is_moving = not np.array_equal(*pair)
-                if is_moving:
-                    break
-            if is_moving or is_one:
-                found.add(name)
+    found: set[str] = set()
+    for part in chain.from_iterable(parts):
+        columns = {name: varied.get(name, shared.parameters[name]) for name in part.names}
+        found |= {
+            name
+            for name in part.names - found
+            if name not in varied or _changes(part, columns, name, len(rows))
+        }
     return found
+
+
+def _changes(part: Expression, columns: Mapping[str, Any], name: str, size: int) -> bool:
+    """Tell whether a formula is another at some point than with the first value of a name."""
+    for start in range(0, size, BATCH):
+        here = {
+            other: column[start : start + BATCH] if isinstance(column, np.ndarray) else column
+            for other, column in columns.items()
+        }
+        try:
+            held = part.evaluate({**here, name: columns[name][0]})
+            if not np.all(part.evaluate(here) == held):
+                return True
+        except InputError:
+            return True
+    return False
 
 
 def _heeded(architecture: Architecture, files: OddFiles) -> Architecture:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from copy import copy
 from dataclasses import dataclass
 from difflib import get_close_matches
@@ -336,11 +336,7 @@ def _variables(group: Any, ctx: Any) -> set[str]:
     found: set[str] = set()
     below = [group, *(group.get_command(ctx, name) for name in group.list_commands(ctx))]
     for command in below:
-        found |= {name for param in command.params for name in _named(param.envvar)}
+        found |= {param.envvar for param in command.params if param.envvar}
         if command is not group and isinstance(command, TyperGroup):
             found |= _variables(command, ctx)
     return found
-
-
-def _named(variables: str | Iterable[str] | None) -> Iterable[str]:
-    return (variables,) if isinstance(variables, str) else variables or ()

@@ -490,8 +490,13 @@ class Expression:
         >>> [item.text for item in parse("gap + 0 m * delay <= 3 m").parts_of({"delay"})]
         ['part of gap + 0 m * delay <= 3 m', 'part of gap + 0 m * delay <= 3 m']
         """
-        if self.names <= set(known) or any(item.word == "member" for item in self.steps):
+        if self.names <= set(known):
             return [self]
+        text = f"part of {self.text}"
+        if any(item.word == "member" for item in self.steps):
+            # A step of it looks at the value below its operands: names are the parts.
+            own = (item for item in self.steps if item.word == "name" and item.text in known)
+            return [Expression(text, (item,)) for item in own]
         found: list[Expression] = []
         # Where each operand begins, and whether it uses no other name.
         stack: list[tuple[int, bool]] = []
@@ -504,7 +509,7 @@ class Expression:
             if operands and not is_own:
                 ends = [*(begin for begin, _ in operands[1:]), at]
                 found += [
-                    Expression(f"part of {self.text}", self.steps[begin:end])
+                    Expression(text, self.steps[begin:end])
                     for (begin, whole), end in zip(operands, ends, strict=True)
                     if whole
                 ]

@@ -531,6 +531,7 @@ def test_parameter_that_is_named_and_changes_nothing_is_refused(
         ("cutter.gap <= if_(shade > 1, 1 m, gap)", False),
         ("cutter.gap <= gap + 1 m * shade", False),
         ("cutter.gap * shade <= gap", False),
+        ("cutter.gap <= gap or time / 1 s in [shade, 1]", False),
     ],
 )
 def test_parameter_of_a_condition_that_changes_no_part_of_it_is_refused(
