@@ -139,9 +139,11 @@ def arrange(report: Report) -> Page:
     cards = tuple(_card(report, architecture) for architecture in architectures)
     gates = [report.verdict_of(item.id) for item in architectures if item.is_gate]
     gate = min(gates, key=WORST_FIRST.index) if gates else Verdict.NOT_RUN
-    if report.exit_code is ExitCode.INTEGRITY:
-        # What the cells tell may be what somebody wrote there.
-        gate = Verdict.ERROR
+    code = report.exit_code
+    if code is ExitCode.INTEGRITY or (code is not ExitCode.OK and gate is Verdict.PASS):
+        # What the cells tell may be what somebody wrote there, or the gate refuses what they do
+        # not tell, as a part that failed.
+        gate = Verdict.FAIL if code is ExitCode.FAILED else Verdict.ERROR
     return Page(badge(gate), cards, tuple(architectures), tuple(rows), tuple(details))
 
 

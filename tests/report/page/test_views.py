@@ -5,11 +5,11 @@ from typing import Any
 
 import pytest
 
-from adeye.judge.verdict import WORST_FIRST, Verdict
+from adeye.judge.verdict import WORST_FIRST, ExitCode, Verdict
 from adeye.report.formats.gsn import argument_of
 from adeye.report.formats.matrix import TraceGroup, grouped, matrix_of
 from adeye.report.model.report import Report
-from adeye.report.page.html import WAYS, arrange, badge, goal_structure, worst_first
+from adeye.report.page.html import WAYS, arrange, badge, goal_structure, render, worst_first
 
 
 def test_architectures_of_the_gate_come_first(report: Report) -> None:
@@ -23,6 +23,21 @@ def test_worst_gate_decides_the_headline_and_no_gate_is_not_a_pass(report: Repor
         changed = tuple(i.model_copy(update={"is_gate": is_gate}) for i in report.architectures)
         page = arrange(report.model_copy(update={"architectures": changed}))
         assert page.gate == badge(verdict)
+
+
+@pytest.mark.parametrize(
+    ("code", "verdict"),
+    [(ExitCode.INCOMPLETE, Verdict.ERROR), (ExitCode.FAILED, Verdict.FAIL)],
+)
+def test_headline_is_green_only_if_the_gate_is_though_all_verdicts_pass(
+    report: Report, code: ExitCode, verdict: Verdict
+) -> None:
+    told = {"exit_code": code, "message": "a metric raised in 2 runs"}
+    refused = report.model_copy(update=told)
+    assert arrange(refused).gate == badge(verdict)
+    headline = render(refused).partition('class="headline')[2].partition("</dl>")[0]
+    assert f"Exit code {code.value}</b>" in headline
+    assert "a metric raised in 2 runs" in headline
 
 
 def test_requirements_are_sorted_worst_first_and_optional_last_and_keep_their_number(
