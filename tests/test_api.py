@@ -115,10 +115,12 @@ def test_modules_that_are_called_are_functions_and_modules() -> None:
 def test_records_are_short_where_they_are_shown(mini: Executed) -> None:
     run = mini.project.rows()[0]["run"]
     short = mini.summary.campaign[:10]
+    done = f"<CampaignSummary {short}: 28 executed and 0 reused of 28, OK"
     judged = adeye.stl("always(gap > 2)", {"time": [0.0, 1.0], "gap": [9.0, 5.0]})
     found: list[tuple[object, str]] = [
         (mini.plan, "<CampaignPlan mini: 28 test cases>"),
-        (mini.summary, f"<CampaignSummary {short}: 28 executed and 0 reused of 28, OK>"),
+        (mini.summary, f"{done}, contact in 6 runs>"),
+        (replace(mini.summary, contacts={}), f"{done}>"),
         (adeye.replay(run, db=mini.db), f"<Replayed {run[:10]}: identical>"),
         (adeye.gate(db=mini.db), f"<GateResult {short}: OK, "),
         (adeye.report(db=mini.db), f"<Report {short}: 28 of 28 test cases, OK>"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from adeye.errors import amount
 from adeye.judge.verdict import ExitCode, Verdict, exercised_of
 from adeye.store.read.totals import ChannelFailure, Total, channel_failures, gate_code, totals
 from adeye.store.records import of_fields
@@ -106,7 +107,9 @@ class CampaignSummary:
     def __repr__(self) -> str:
         """Name the campaign, and what came out."""
         done = f"{self.executed:,} executed and {self.reused:,} reused of {self.planned:,}"
-        return f"<CampaignSummary {self.campaign[:10]}: {done}, {self.exit_code.name}>"
+        touching = sum(self.contacts.values())
+        also = f", contact in {amount(touching, 'run')}" if touching else ""
+        return f"<CampaignSummary {self.campaign[:10]}: {done}, {self.exit_code.name}{also}>"
 
     def __bool__(self) -> bool:
         """Be as true as the gate, so that asserting what a run came to asserts something."""

@@ -124,6 +124,14 @@ def test_scenario_beyond_the_plausible_is_refused(
         make_plan(project.odd)
 
 
+def test_object_is_long_or_wide_but_not_high(project: Project) -> None:
+    house = {"kind": "building", "s": "500 m", "offset": "-9 m", "length": "900 m", "width": "1 m"}
+    mine(project, "world.objects", {"house": {**house, "height": "100 m"}})
+    assert make_plan(project.odd).cases
+    mine(project, "world.objects", {"house": {**house, "height": "101 m"}})
+    refused(InputError, make_plan, project.odd, says=r"house\.height: .*; object_height is from ")
+
+
 def test_constant_that_no_run_can_have_is_refused(project: Project) -> None:
     for path, value in (("ego.speed", "-5 m/s"), ("storyboard.brake.stop.rate", "0 m/s^2")):
         mine(project, path, value)

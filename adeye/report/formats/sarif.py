@@ -16,7 +16,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Final, Literal
 
-from adeye.errors import SourceLocation
+from adeye.errors import SourceLocation, amount
 from adeye.identity import digest
 from adeye.judge.verdict import ExitCode, Verdict
 from adeye.report.concept import uri_of
@@ -191,6 +191,10 @@ def verdict_sarif(report: Report) -> dict[str, Any]:
     rules, failures = [_fsr_rule(item) for item in report.fsrs], report.channel_failures
     rules += [_failure_rule(name) for name in sorted({item.outcome for item in failures})]
     results = [*_results(report), *(_failure(report, item) for item in failures)]
+    touching = {item.id: report.contacts.get(item.id, 0) for item in report.gate_first}
+    if found := [_contact(report, *item) for item in touching.items() if item[1]]:
+        rules.append(SarifRule(id=_CONTACT, text="No run ends by a contact.", help=_FORBID))
+        results += found
     if report.answer[0] is not ExitCode.OK and all(item.level != "error" for item in results):
         # Whoever sees no result takes it for green.
         rules.append(SarifRule(id=_GATE, text="The gate lets the campaign pass.", help=_ASK))
@@ -212,6 +216,21 @@ def _refusal(report: Report) -> SarifResult:
     )
 
 
+def _contact(report: Report, architecture: str, runs: int) -> SarifResult:
+    """Tell of contacts, which are no failure where no FSR forbids them."""
+    return SarifResult(
+        rule=_CONTACT,
+        text=f"Contact in {amount(runs, 'run')} of {architecture}.",
+        name=f"{architecture}/{_CONTACT}",
+        where=report.where,
+        level="note",
+        key=(report.odd, _CONTACT, architecture),
+        properties=(("architecture", architecture), ("runs", runs)),
+    )
+
+
+_CONTACT: Final = "contact"
+_FORBID: Final = "Where none may be, let an FSR say so: always(not contact)"
 _GATE: Final = "gate"
 _ASK: Final = "Ask adeye gate, which says what to do."
 

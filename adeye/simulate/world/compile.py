@@ -50,6 +50,8 @@ if TYPE_CHECKING:
 # --- Where everything starts: sizes, lanes, and bumper-to-bumper gaps resolved to places ----------
 
 EGO = "ego"
+NEAR_ROAD_M: Final = 500.0
+"""Farthest that a static object is before or behind the road [m]: as far as beside it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,6 +119,7 @@ def resolve_starts(formulas: Formulas, road: RoadMap, ego_length: Floats) -> Sta
         _fill_actor(starts, column, name, formulas, road)
     for column, name in enumerate(statics, start=len(actors)):
         _fill_static(starts, column, name, formulas)
+        _check_near_road(f"world.objects.{name}", starts.s[:, column], road)
     places = {name: starts.s[:, column] for column, name in enumerate([*actors, *statics])}
     lengths = {name: starts.sizes[:, column, 0] for column, name in enumerate([*actors, *statics])}
     beside = {name: starts.d[:, column] for column, name in enumerate([*actors, *statics])}
@@ -179,6 +182,17 @@ def _check_on_road(
             f"{where}.offset: {d[outside][0]:g} m from the right edge of the road is neither on a "
             "lane nor on the ground beside that carries a vehicle",
             remedy=remedy.replace("longer", "wider"),
+        )
+
+
+def _check_near_road(where: str, s: Floats, road: RoadMap) -> None:
+    """Refuse a static object (B,) that is as far before or behind the road as none is beside it."""
+    outside = ~((s >= -NEAR_ROAD_M) & (s <= road.length + NEAR_ROAD_M))
+    if outside.any():
+        raise SpecError(
+            f"{where}.s: {s[outside][0]:g} m is more than {NEAR_ROAD_M:g} m off the road, which is "
+            f"from 0 m to {road.length[outside][0]:g} m",
+            remedy="Move it, or make the road longer.",
         )
 
 

@@ -207,6 +207,13 @@ def test_gate_that_refuses_leaves_the_top_undeveloped_and_altered_results_everyt
     assert {item.state for item in argument.nodes} <= {"", "undeveloped"}
 
 
+def test_contacts_of_a_green_gate_are_in_its_context(sound: Report) -> None:
+    said = {"contacts": {"camera_radar": 2}, "message": "contact in 2 runs of camera_radar"}
+    for report, is_told in ((sound, False), (sound.model_copy(update=said), True)):
+        names = {item.id for item in gsn.argument_of(report).nodes}
+        assert ("C-gate" in names) is is_told
+
+
 def test_waiver_is_no_evidence(sound: Report) -> None:
     cells = tuple(
         cell.model_copy(update={"counts": {Verdict.PASS: 1, Verdict.NOT_RUN: 2}})

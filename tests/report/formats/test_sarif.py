@@ -297,6 +297,14 @@ def test_channel_that_failed_is_a_result(report: Report, refused: int, level: st
         assert word in item["message"]["text"]
 
 
+def test_contacts_of_a_green_campaign_are_told(report: Report) -> None:
+    gate = next(item.id for item in report.architectures if item.is_gate)
+    found = results(report.model_copy(update={"contacts": {gate: 2}}))
+    (item,) = [each for each in found if each["ruleId"] == "contact"]
+    assert (item["level"], item["message"]["text"]) == ("note", f"Contact in 2 runs of {gate}.")
+    assert all(each["ruleId"] != "contact" for each in results(report))
+
+
 def test_gate_that_refuses_is_a_result_where_nothing_else_says_so(report: Report) -> None:
     passing = tuple(
         cell.model_copy(update={"verdict": Verdict.PASS, "is_set_aside": False})

@@ -228,6 +228,18 @@ def test_a_start_where_there_is_no_road_is_refused() -> None:
         assert resolve(actors={"a": meant}).s.shape == (1, 1)
 
 
+def test_a_static_object_is_not_far_from_the_road() -> None:
+    def placed(s: str) -> Any:
+        size = {"length": "12 m", "width": "2.5 m", "height": "3.8 m"}
+        truck = {"kind": "parked_truck", "s": s, "offset": "-3 m", **size}
+        return resolve(world={"objects": {"truck": truck}})
+
+    for s in ("-500 m", "2500 m"):
+        assert placed(s).s.shape == (1, 1)
+    for s in ("-500.1 m", "2500.1 m", "70 km"):
+        refused(SpecError, placed, s, says=r"objects\.truck\.s: .* more than 500 m off the road")
+
+
 def test_the_ends_and_edges_of_the_road_belong_to_it() -> None:
     starts = resolve(
         ego={"s": "0 m"},
