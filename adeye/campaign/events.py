@@ -10,8 +10,10 @@ import numpy as np
 from adeye.judge.metrics.perception import measuring_sensors
 from adeye.signals import (
     NO_CHANNEL,
+    OBJECT_HEADING,
     OBJECT_SPEED,
     PLACE_D,
+    PLACE_HEADING,
     PLACE_OFFSET,
     REASON_HANDOVER,
     REASON_LABELS,
@@ -143,17 +145,22 @@ def _changes_nothing(trace: Trace, begun: Floats, index: int) -> Bools:
     own = (rows >= first) & (rows <= last)
     is_idle = has_begun & (last > first)[:, 0]
 
-    def keeps(column: str, quantity: int) -> Bools:
-        values = trace[column][:, :, moved.object, quantity]
+    def of(column: str, quantity: int) -> Floats:
+        return trace[column][:, :, moved.object, quantity].astype(np.float64)
+
+    def keeps(values: Floats) -> Bools:
         most = np.where(own, values, -np.inf).max(axis=1)
         least = np.where(own, values, np.inf).min(axis=1)
         return np.asarray(most - least <= _NO_CHANGE)
 
     if moved.along:
-        is_idle &= keeps("objects", OBJECT_SPEED)
+        speed = of("objects", OBJECT_SPEED)
+        # Who changes lane meanwhile is faster than along the road.
+        turned = of("objects", OBJECT_HEADING) - of("object_places", PLACE_HEADING)
+        is_idle &= keeps(speed) | keeps(speed * np.cos(turned))
     if moved.across:
         # Who keeps to a lane that shifts is carried along.
-        is_idle &= keeps("object_places", PLACE_D) | keeps("object_places", PLACE_OFFSET)
+        is_idle &= keeps(of("object_places", PLACE_D)) | keeps(of("object_places", PLACE_OFFSET))
     return is_idle
 
 

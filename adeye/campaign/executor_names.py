@@ -107,7 +107,8 @@ class _PluginExecutor:
                     return
                 # Read here, once: an attribute may have code of its own.
                 task, result, lost = (getattr(done, item.name, None) for item in fields(Done))
-                done = Done(task, result, str(lost or ""))
+                why = "" if result is not None else f"{self._name} gave no result and no reason"
+                done = Done(task, result, str(lost or "") or why)
             yield done
 
     def close(self) -> None:

@@ -312,6 +312,13 @@ def test_executor_whose_answer_raises_is_named(here: Path) -> None:
         list(make(ExecutorContext(str)).run(iter(())))
 
 
+def test_executor_that_gives_nothing_is_named_as_the_reason(here: Path) -> None:
+    make = find_executor(f"{here / 'own.py'}:Mute")
+    (done,) = make(ExecutorContext(str)).run(iter(["a"]))
+    assert done.result is None
+    assert done.lost.endswith("own.py:Mute gave no result and no reason")
+
+
 @pytest.mark.slow
 def test_class_of_a_file_executes_a_campaign(mini: Executed, here: Path) -> None:
     named = NamedExecutor("./own.py:Own", workers=3, address="there")

@@ -209,6 +209,16 @@ def test_event_that_changes_nothing_is_told(make_project: MakeProject) -> None:
     assert {row["outcome"] for row in project.rows()} == {"completed"}
 
 
+def test_speed_that_is_kept_while_the_lane_is_changed_is_told(make_project: MakeProject) -> None:
+    """Who changes lane moves faster than along the road, and that is another event's doing."""
+    project = make_project(one_scenario())
+    with project.edited("scenarios_db/motorway/cut_in.yaml") as scenario:
+        kept = {"to": "ego_speed + relative_speed", "rate": "1 m/s^2"}
+        beside = {"actor": "cutter", "when": scenario["storyboard"]["cut_in"]["when"]}
+        scenario["storyboard"]["change_speed"] = {**beside, "optional": True, "speed": kept}
+    assert project.run().idle_events == ("change_speed of cut_in",)
+
+
 # --- coverage of a plan and of its campaign: equal once everything is executed
 
 
