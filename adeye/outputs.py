@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import BinaryIO, Final
 
 from adeye.errors import PlatformError, SourceLocation, SpecError, UsageError
+from adeye.notices import notice
 
 KEPT_FOLDER: Final = ".traces"
 """How the name of a folder of kept traces ends."""
@@ -159,6 +160,8 @@ def guarded(
 ) -> Iterator[None]:
     """Refuse files that are not to be written over, before anything is done.
 
+    Those that are there and that nobody has written at the end are told: they are of before.
+
     Args:
         files: What is about to be written, by the name of its option.
         taken: What must not be written, whether it is there or not.
@@ -170,11 +173,16 @@ def guarded(
             then on, is what is read.
     """
     asked = {name: path for name, path in files.items() if path is not None}
-    token = _guards.set((*_guards.get(), _Guard(asked, taken, also_read, renewed)))
+    guard = _Guard(asked, taken, also_read, renewed)
+    token = _guards.set((*_guards.get(), guard))
+    before = {path: _state(path) for path in asked.values() if path.is_file()}
     try:
         yield
     finally:
         _guards.reset(token)
+        kept = [str(path) for path, state in before.items() if _state(path) == state]
+        if kept and guard.refusal is None:
+            notice(f"not written: what is in {' and '.join(kept)} is of before")
 
 
 def are_guarded(paths: Collection[Path]) -> bool:
@@ -374,6 +382,11 @@ def _stat(path: Path) -> os.stat_result | None:
         return path.stat()
     except (OSError, ValueError):
         return None
+
+
+def _state(path: Path) -> tuple[int, ...]:
+    found = _stat(path)
+    return () if found is None else (found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns)
 
 
 def _spelling(path: Path) -> str:

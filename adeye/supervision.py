@@ -389,7 +389,7 @@ def _ended(status: int, memory: mmap.mmap) -> Ended:
     return Ended(
         _INCOMPLETE,
         f"The process ended with {' '.join(filter(None, (how, where)))}, before adeye ended it: "
-        f"what it was asked for is incomplete. {why}",
+        f"what it was asked for is incomplete, and a file to write may be as it was before. {why}",
     )
 
 

@@ -288,3 +288,34 @@ def test_option_that_promises_a_kind_is_refused_before_anything_is_done(tmp_path
         refused(UsageError, guarded({option: path}).__enter__, says="is a map, where")
     with guarded({"--xodr": path}):
         pass
+
+
+def test_file_that_stays_as_it_was_is_told(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    old, new, absent = (tmp_path / name for name in ("old.xml", "new.html", "absent.json"))
+    old.write_text("<testsuites/>", "ascii")
+    new.write_text("<!DOCTYPE html><html></html>", "ascii")
+    caplog.set_level("INFO", "adeye.notices")
+    files = {"--junit": old, "--report": new, "--report-json": absent}
+
+    def interrupted() -> None:
+        with guarded(files):
+            write_atomically(new.read_bytes(), new)
+            raise KeyboardInterrupt
+
+    refused(KeyboardInterrupt, interrupted)
+    assert caplog.messages == [f"not written: what is in {old} is of before"]
+    with guarded(files):
+        for path in (old, new, absent):
+            write_atomically(b"{}" if path == absent else path.read_bytes(), path)
+    assert len(caplog.messages) == 1
+
+
+def test_refused_file_is_told_once(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    path = tmp_path / "report.html"
+    path.write_text("<!DOCTYPE html><html></html>", "ascii")
+    caplog.set_level("INFO", "adeye.notices")
+    with pytest.raises(UsageError), guarded({"--report": path}):
+        reads(path)
+    assert caplog.messages == []

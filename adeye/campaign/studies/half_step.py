@@ -25,6 +25,7 @@ from adeye.errors import InputError
 from adeye.judge import uncertainty
 from adeye.judge.metrics import METRICS
 from adeye.judge.uncertainty import Difference, Sampled
+from adeye.store.records import RAISED
 from adeye.store.repository import Repository
 from adeye.store.write.half_steps import HalfStepRecord, UncertaintyRecord
 from adeye.sweep.case import TestCase, structure_key
@@ -160,10 +161,12 @@ class HalfStepTasks(Iterator[BatchTask]):
 
     def _again(self, batch: _Batch, why: str) -> None:
         middle = len(batch.pairs) // 2
-        if middle:
+        # What code from outside raised is told at once: it may not raise another time.
+        is_raised = why.startswith(RAISED)
+        if middle and not is_raised:
             parts = (batch.pairs[:middle], batch.pairs[middle:])
             self._waiting.extend(replace(batch, pairs=part) for part in parts)
-        elif batch.tries + 1 < MOST_TRIES:
+        elif batch.tries + 1 < MOST_TRIES and not is_raised:
             self._waiting.append(replace(batch, tries=batch.tries + 1))
         else:
             what = "twin with half the step" if batch.is_twin else "run"

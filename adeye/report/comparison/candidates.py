@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from adeye.errors import amount
 from adeye.judge import pairing as pareto
 from adeye.judge.pairing import FAILED, HELD, UNDECIDED, number_rows, pair_up, severities
 from adeye.judge.statistics import median_low
@@ -227,7 +226,7 @@ class Candidates:
                 if item.architecture == name and item.verdict is not Verdict.PASS
             ),
             refused=tuple(
-                f"{item.outcome} of channel {item.channel} in {amount(item.blocking, 'run')}"
+                f"{item.outcome} of channel {item.channel} in {item.blocking_in_words}"
                 for item in self._failures
                 if item.architecture == name and item.blocking
             ),

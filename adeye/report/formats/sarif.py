@@ -267,13 +267,14 @@ def _failure_rule(outcome: str) -> SarifRule:
 
 
 def _failure(report: Report, item: ChannelFailure) -> SarifResult:
+    of_twins = ("twins",) if item.is_twin else ()
     return SarifResult(
         rule=item.outcome,
         text=f"{item}.",
         name=f"{item.architecture}/{item.channel}",
         where=report.where,
         level="error" if item.refused else "note",
-        key=(report.odd, item.outcome, item.architecture, item.channel),
+        key=(report.odd, item.outcome, item.architecture, item.channel, *of_twins),
         properties=(
             ("architecture", item.architecture),
             ("channel", item.channel),

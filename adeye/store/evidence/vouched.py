@@ -13,6 +13,7 @@ from typing import Any, Final
 
 from sqlalchemy import Connection
 
+from adeye.store.cases import TWINS
 from adeye.store.database import Door, reading
 from adeye.store.records import of_row
 
@@ -83,13 +84,9 @@ def stored_root(connection: Connection, campaign: str) -> Root | None:
     return None if found is None else Root(campaign, found.leaves, found.root)
 
 
-_RESTS_ON: Final = """(
+_RESTS_ON: Final = f"""(
     SELECT result_digest FROM campaign_case WHERE campaign_id = ?
-    UNION SELECT h.result_digest FROM half_step h
-    JOIN campaign_case c ON c.result_digest = h.origin_digest
-    JOIN uncertainty u ON u.campaign_id = c.campaign_id AND u.scenario = c.scenario
-        AND u.architecture = c.architecture
-    WHERE c.campaign_id = ?)"""
+    UNION SELECT h.result_digest FROM {TWINS} WHERE c.campaign_id = ?)"""  # noqa: S608 - own names
 """Results that the verdicts of a campaign rest on."""
 
 

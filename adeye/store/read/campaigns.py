@@ -20,7 +20,7 @@ from adeye.notices import notice
 from adeye.store import catalogue as catalog
 from adeye.store import records, schema
 from adeye.store import run_tables as tables
-from adeye.store.cases import JUDGED, JUDGED_CASES, standing
+from adeye.store.cases import JUDGED, JUDGED_CASES, TWINS, standing
 from adeye.store.location import Location
 from adeye.store.owner import clock_now, is_abandoned
 from adeye.store.plugin_metrics import ids_of, metric_values, plugin_metrics, plugin_tables
@@ -693,32 +693,38 @@ def tried_again(connection: Connection, campaign_id: str) -> dict[str, int]:
     return {str(detail): int(count) for detail, count in found}
 
 
-def unmeasured(connection: Connection, campaign_id: str) -> dict[str, int]:
-    """Count the runs of a campaign in which metrics of plug-ins failed, by the id of the metric.
+def unmeasured(connection: Connection, campaign_id: str) -> tuple[tuple[str, bool, int], ...]:
+    """Count the runs of a campaign in which metrics of plug-ins failed.
 
     Each raised there, or gave what is no value.
+
+    Returns:
+        Id of the metric, whether the runs are twins with half the step, and how many.
     """
-    found: dict[str, int] = {}
+    found: Counter[tuple[str, bool]] = Counter()
     for table in plugin_tables(connection):
         for name in ids_of(table):
-            count = connection.exec_driver_sql(
-                f"SELECT COUNT(DISTINCT r.number) FROM {table.name} m "  # noqa: S608 - own names
-                "JOIN run r ON r.number = m.run_number "
-                "JOIN campaign_case c ON c.result_digest = r.result_digest "
-                f"WHERE c.campaign_id = ? AND m.{name}_status = 'error'",
-                (campaign_id,),
-            ).scalar_one()
-            if count:
-                found[name] = found.get(name, 0) + int(count)
-    return found
+            for is_twin, rows, digest in (
+                (False, "campaign_case c", "c.result_digest"),
+                (True, TWINS, "h.result_digest"),
+            ):
+                found[name, is_twin] += connection.exec_driver_sql(
+                    f"SELECT COUNT(DISTINCT r.number) FROM {rows} "  # noqa: S608 - own names
+                    f"JOIN run r ON r.result_digest = {digest} "
+                    f"JOIN {table.name} m ON m.run_number = r.number "
+                    f"WHERE c.campaign_id = ? AND m.{name}_status = 'error'",
+                    (campaign_id,),
+                ).scalar_one()
+    return tuple((*key, count) for key, count in found.items() if count)
 
 
 def failed_channels(
     connection: Connection, campaign_id: str, about: Sequence[tuple[str, str]] = ()
-) -> tuple[tuple[str, str, str, bool, int], ...]:
+) -> tuple[tuple[str, str, str, bool, bool, int], ...]:
     """Count the runs in which a channel failed, by architecture, channel and what happened.
 
-    Those that exercise an FSR about the channel, which passes, are counted apart.
+    Those that exercise an FSR about the channel, which passes, are counted apart, and so are twins
+    with half the step.
 
     Few of many runs have such an outcome, so the runs are read as they lie in the file, and only
     for those the cases are looked up. The outcome is that of the channel that failed first; those
@@ -736,12 +742,17 @@ def failed_channels(
         else "0"
         for name, pair in (
             ("first", "(f.fsr_id = ? AND r.outcome_channel = ?)"),
+            ("twin", "(f.fsr_id = ? AND t.outcome_channel = ?)"),
             ("later", "(f.fsr_id = ? AND e.subject = ?)"),
         )
     }
-    asked = filled("failed_channels", **sides)
-    found = connection.exec_driver_sql(asked, (*named, campaign_id, *named, campaign_id))
-    return tuple((item[0], item[1], item[2], bool(item[3]), int(item[4])) for item in found)
+    twins = (
+        f"{TWINS} JOIN run t ON t.result_digest = h.result_digest "
+        "JOIN run r ON r.result_digest = h.origin_digest"
+    )
+    asked = filled("failed_channels", twins=twins, **sides)
+    found = connection.exec_driver_sql(asked, (*named, campaign_id) * 4)
+    return tuple((*item[:3], bool(item[3]), bool(item[4]), int(item[5])) for item in found)
 
 
 @dataclass(frozen=True, slots=True)

@@ -84,6 +84,7 @@ class ChannelFailure:
         detail: What happened most often: exception, file and line.
         others: How many other things happened.
         why: What is said to the gate about it; empty where the architecture is in none.
+        is_twin: The runs are twins with half the step, which the uncertainty rests on.
     """
 
     architecture: str
@@ -95,12 +96,19 @@ class ChannelFailure:
     others: int
     why: str
     blocking: int = 0
+    is_twin: bool = False
+
+    @property
+    def blocking_in_words(self) -> str:
+        """Say in how many runs, or twins, it blocks the gate, or would."""
+        return _runs(self.blocking, is_twin=self.is_twin)
 
     def __str__(self) -> str:
         """Say it in one sentence without an end."""
+        told = _runs(self.runs, is_twin=self.is_twin)
         more = f", and {self.others:,} more" if self.others else ""
         detail = f" ({self.detail}{more})" if self.detail else ""
-        text = f"{self.outcome} of channel {self.channel} in {_runs(self.runs)} of "
+        text = f"{self.outcome} of channel {self.channel} in {told} of "
         return f"{text}{self.architecture}{detail}{self.why and f', {self.why}'}"
 
 
@@ -120,13 +128,13 @@ def channel_failures(repository: Repository, campaign: CampaignInfo) -> tuple[Ch
     if not repository.failed_channels(campaign.id):
         return ()
     about = _about_silence(repository, campaign)
-    details: dict[tuple[str, str, str], Counter[str]] = defaultdict(Counter)
-    unmastered: Counter[tuple[str, str, str]] = Counter()
-    for architecture, channel, told, is_mastered, count in repository.failed_channels(
+    details: dict[tuple[str, str, str, bool], Counter[str]] = defaultdict(Counter)
+    unmastered: Counter[tuple[str, str, str, bool]] = Counter()
+    for architecture, channel, told, is_mastered, is_twin, count in repository.failed_channels(
         campaign.id, about
     ):
         outcome, _, detail = told.partition(": ")
-        key = architecture, channel, outcome
+        key = architecture, channel, outcome, is_twin
         details[key][_TIME.sub("", detail).partition("\n")[0]] += count
         unmastered[key] += 0 if is_mastered else count
     allows = channel_policy(repository, campaign) == "allow"
@@ -137,13 +145,15 @@ def channel_failures(repository: Repository, campaign: CampaignInfo) -> tuple[Ch
         refused = blocking if is_in_gate else 0
         by = ", ".join(fsr for fsr, channel in about if channel == key[1])
         if refused:
-            why = f"refused: in {_runs(refused)} no mandatory FSR about it passes ({_REMEDY})"
+            where = _runs(refused, is_twin=key[3])
+            why = f"refused: in {where} no mandatory FSR about it passes ({_REMEDY})"
         else:
             why = "allowed by the ODD" if unmastered[key] else f"which {by} is about"
         detail = max(sorted(counts), key=counts.__getitem__)
         found.append(
             ChannelFailure(
-                *key,
+                *key[:3],
+                is_twin=key[3],
                 runs=counts.total(),
                 refused=refused,
                 detail=detail,
@@ -250,8 +260,8 @@ def without_unpreventable(
     return verdict, "; ".join(notes)
 
 
-def _runs(count: int) -> str:
-    return amount(count, "run")
+def _runs(count: int, *, is_twin: bool = False) -> str:
+    return f"{amount(count, 'twin')} with half the step" if is_twin else amount(count, "run")
 
 
 # --- The verdict of every FSR for every architecture over all scenarios, and the gate's exit code -
@@ -613,8 +623,9 @@ def failed_parts(repository: Repository, campaign: CampaignInfo) -> tuple[list[s
             others.append(text)
         else:
             refused.append(f"{text} (mend the part, or allow it: {_ALLOW})")
-    for metric, count in repository.unmeasured(campaign.id).items():
-        text = f"metric {metric} raised in {amount(count, 'run')}, or gave what is no value"
+    for metric, is_twin, count in repository.unmeasured(campaign.id):
+        told = _runs(count, is_twin=is_twin)
+        text = f"metric {metric} raised in {told}, or gave what is no value"
         if allows:
             others.append(text)
         else:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import adeye
 from adeye.answers import describe_run
 from adeye.campaign import run as runner
 from adeye.campaign.integrity import check_stored
@@ -29,9 +30,11 @@ from adeye.judge.verdict import ExitCode, Verdict
 from adeye.report.gate import baseline
 from adeye.report.gate.changes import Tolerances
 from adeye.report.gate.decide import judge_campaign
+from adeye.store.records import RAISED
 from adeye.store.repository import Repository
 from tests.conftest import MakeProject
 from tests.project import (
+    CANDIDATE,
     CANDIDATE_ONLY,
     CONCEPT,
     MINI,
@@ -43,7 +46,7 @@ from tests.project import (
 )
 from tests.refusals import refused
 from tests.sql import alter, rows
-from tests.stored import known
+from tests.stored import known, stored
 
 # --- twins with half the step: which are chosen, what they tell, and how runs are judged with that
 
@@ -431,6 +434,42 @@ def staleness(project: Project) -> Staleness:
 # --- interruption and failure
 
 
+@pytest.mark.parametrize(
+    ("part", "told"),
+    [
+        ("Channel", "channel_error of channel nominal in 10 twins with half the step of camera_"),
+        ("Metric", "metric half_m raised in 10 twins with half the step"),
+    ],
+)
+def test_what_fails_in_twins_alone_is_told_and_not_green(
+    tmp_path: Path, part: str, told: str
+) -> None:
+    sample: dict[str, Any] = {"uncertainty": {"situations": 10}}
+    project = Project(tmp_path, {**KEPT, **sample, "architectures": CANDIDATE_ONLY})
+    (tmp_path / "odd/architectures/halved.py").write_text(stored("plugins")["halved"], "utf-8")
+    if part == "Metric":
+        with project.edited_odd() as odd:
+            odd["plugins"] = ["architectures/halved.py:Metric"]
+    else:
+        with project.edited(CANDIDATE) as candidate:
+            channel = {"kind": "./halved.py:Channel", "links": ["localisation"]}
+            candidate["channels"]["nominal"] = channel
+    with project.edited(CONCEPT) as concept:
+        concept["requirements"] = concept["requirements"][:1]
+    summary = project.run()
+    assert {item.verdict for item in summary.verdicts} == {Verdict.PASS}
+    assert summary.exit_code is ExitCode.INCOMPLETE
+    assert told in summary.message
+    judged = adeye.gate(db=project.db)
+    assert judged.exit_code is ExitCode.INCOMPLETE
+    assert told in str(judged.findings)
+    with project.edited_odd() as odd:
+        odd["gate"] = {"architectures": ["camera_radar"], "channel_failures": "allow"}
+    allowed = project.run()
+    assert allowed.exit_code is ExitCode.OK
+    assert told in allowed.message
+
+
 KEPT = one_scenario(ego_speed=SPEEDS, gap=GAPS[:4])
 """Twelve situations, of which ten are sampled where the uncertainty is asked for."""
 
@@ -620,3 +659,23 @@ def test_altered_uncertainty_is_refused(asked: Executed, tmp_path: Path) -> None
 @pytest.mark.parametrize("what", [None, "mini", "1"])
 def test_campaign_that_did_not_ask_is_refused(mini: Executed, what: str | None) -> None:
     refused(InputError, uncertainty_table, mini.db, what, says="without numeric uncertainty")
+
+
+def test_guest_that_raises_in_a_twin_once_is_not_tried_until_it_does_not(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sample: dict[str, Any] = {"uncertainty": {"situations": 10}}
+    project = Project(tmp_path, {**KEPT, **sample, "architectures": CANDIDATE_ONLY})
+    raised: list[int] = []
+
+    def failing(task: BatchTask) -> BatchResult:
+        if task.execute[0].step < 0.05 and not raised:
+            raised.append(len(task.execute))
+            return BatchResult(failure=f"{RAISED}sensor own.py:Radar raised ValueError: by chance")
+        return execute(task)
+
+    monkeypatch.setattr(runner, "execute", failing)
+    summary = project.run()
+    assert summary.exit_code is ExitCode.INCOMPLETE
+    assert "nothing is judged without the twins" in summary.message
+    assert "by chance" in summary.message

@@ -318,7 +318,7 @@ def test_failed_channels_are_counted_from_the_runs(store: Store) -> None:
     for values in (("CRASH", "nominal", 1, 3), ("TIMEOUT", "safety", 4, 4)):
         store.raw.execute(changed, values)
     found = store.repository.failed_channels(campaign)
-    assert sum(item[4] for item in found) == 4
+    assert sum(item[5] for item in found) == 4
     assert {item[1:3] for item in found} == {("nominal", "CRASH: "), ("safety", "TIMEOUT: ")}
-    assert not any(item[3] for item in found)
+    assert not any(item[3] or item[4] for item in found)
     assert store.repository.failed_channels("f" * 32) == ()
