@@ -67,15 +67,19 @@ _WIDEST = 120
 _INNER = re.compile(r"([\[{])\s+([^\[\]{}]{0,400}?)\s+([\]}])")
 
 
-def as_json(content: Any) -> str:
-    """Lay out JSON, a list and a short record that hold no other on a line of their own."""
+def as_json(content: Any, *folders: Path) -> str:
+    """Lay out JSON, a list and a short record that hold no other on a line of their own.
+
+    It is ``masked`` before lines are folded: folders differ in length.
+    """
 
     def folded(found: re.Match[str]) -> str:
         line = " ".join(found[2].split())
         is_folded = found[1] == "[" or len(line) <= _WIDEST
         return f"{found[1]}{line}{found[3]}" if is_folded else found[0]
 
-    return _INNER.sub(folded, json.dumps(content, indent=1, ensure_ascii=False)) + "\n"
+    text = masked(json.dumps(content, indent=1, ensure_ascii=False), *folders)
+    return _INNER.sub(folded, text)
 
 
 def described(thing: Any, name: str = "", indent: str = "") -> list[str]:

@@ -68,7 +68,7 @@ def test_what_a_verb_prints_is_frozen(adeye: Verb, mini: Executed, name: str, fo
     told = adeye(*words)
     folders = mini.project.folder, ROOT
     if form == "json":
-        assert_frozen(f"verb_{name}.json", masked(as_json(thinned(json.loads(told.out))), *folders))
+        assert_frozen(f"verb_{name}.json", as_json(thinned(json.loads(told.out)), *folders))
     else:
         lines = told.out.splitlines()
         # Of a table of each row of a trace, every tenth.
@@ -88,7 +88,7 @@ def test_what_verbs_say_of_a_map_is_frozen(adeye: Verb, folder: Path, name: str)
         told = adeye("map", *words, path)
         parts.append(f"-- {' '.join(words)}: {told.code}\n{told.out}{told.err}")
         document = json.loads(adeye("map", *words, path, "--json").out)
-        parts.append(as_json(thinned(document)))
+        parts.append(as_json(thinned(document), ROOT, folder))
     adeye("map", "export", path, "--lanes", "lanes.csv", "--step", "9").ok  # noqa: B018 - is checked
     lines = (folder / "lanes.csv").read_text("utf-8").splitlines()
     parts.append("\n".join([lines[0], *lines[1::5]]))
@@ -148,7 +148,7 @@ def test_what_is_said_of_tables_is_frozen(adeye: Verb, folder: Path) -> None:
         parts.append(f"-- {' '.join(words)}: {told.code}\n{told.out}{told.err}")
         if told.code in {0, 1}:
             document = adeye(*words, "--json", "--output", "rows.csv").document
-            parts += [as_json(document), (folder / "rows.csv").read_text("utf-8")]
+            parts += [as_json(document, folder), (folder / "rows.csv").read_text("utf-8")]
     assert_frozen("stl_tables.txt", masked("\n".join(parts), folder))
 
 
@@ -211,7 +211,7 @@ def test_what_is_said_of_a_campaign_one_after_the_other_is_frozen(
         told = adeye(*(named(word, mini) for word in words), "--db", copied)
         out = told.out
         if "--json" in words and told.code != 2:
-            out = as_json(thinned(json.loads(out)))
+            out = as_json(thinned(json.loads(out)), mini.project.folder, folder)
         parts.append(f"-- {' '.join(words)}: {told.code}\n{out}{told.err}")
     text = masked("\n".join(parts), mini.project.folder, folder)
     assert_frozen("verbs_one_after_the_other.txt", text)
@@ -258,7 +258,7 @@ def test_what_reference_drivers_do_is_frozen(adeye: Verb, folder: Path) -> None:
         ),
     ):
         told = adeye("reference", name, *options, "--output", f"out{len(parts)}.csv")
-        out = as_json(thinned(json.loads(told.out))) if "--json" in options else told.out
+        out = as_json(thinned(json.loads(told.out)), folder) if "--json" in options else told.out
         parts.append(f"-- {name} {' '.join(options)}: {told.code}\n{out}{told.err}")
         written = folder / f"out{len(parts) - 1}.csv"
         if written.exists():
@@ -275,7 +275,7 @@ def test_exported_tables_of_a_campaign_are_frozen(
     for path in sorted((folder / "out").iterdir()):
         text = path.read_text("utf-8")
         if path.suffix == ".json":
-            text = as_json(json.loads(text))
+            text = as_json(json.loads(text), folder)
         else:
             head, *lines = text.splitlines()
             text = "\n".join([head, *lines[::7]])

@@ -325,7 +325,7 @@ def matrix(
         out.emit_json("matrix", content)
     else:
         code = int(report.exit_code)
-        answer = f"The gate answers {code}: {report.message}" if code or report.contacts else ""
+        answer = f"The gate answers {code}: {report.message}" if code or report.touching else ""
         _print(column, grouped(rows, column), answer)
 
 

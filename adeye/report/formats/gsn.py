@@ -169,7 +169,7 @@ class _Builder:
         text += f"concept {report.concept_digest[:12]}"
         yield GsnNode("C-versions", "context", versions, text)
         code, message = report.answer
-        if code is not ExitCode.OK or report.contacts:
+        if code is not ExitCode.OK or report.touching:
             title = f"The gate answers {code.value}"
             yield GsnNode("C-gate", "context", title, printable(message))
         if report.findings:

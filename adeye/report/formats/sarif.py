@@ -191,8 +191,7 @@ def verdict_sarif(report: Report) -> dict[str, Any]:
     rules, failures = [_fsr_rule(item) for item in report.fsrs], report.channel_failures
     rules += [_failure_rule(name) for name in sorted({item.outcome for item in failures})]
     results = [*_results(report), *(_failure(report, item) for item in failures)]
-    touching = {item.id: report.contacts.get(item.id, 0) for item in report.gate_first}
-    if found := [_contact(report, *item) for item in touching.items() if item[1]]:
+    if found := [_contact(report, *item) for item in report.touching.items()]:
         rules.append(SarifRule(id=_CONTACT, text="No run ends by a contact.", help=_FORBID))
         results += found
     if report.answer[0] is not ExitCode.OK and all(item.level != "error" for item in results):

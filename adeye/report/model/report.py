@@ -390,6 +390,12 @@ class Report(Part):
         return self.cells, index
 
     @property
+    def touching(self) -> dict[str, int]:
+        """Count the runs that a contact ended, by architecture of the gate that has any."""
+        names = [item.id for item in self.architectures if item.is_gate]
+        return {name: self.contacts[name] for name in names if self.contacts.get(name)}
+
+    @property
     def gate_first(self) -> list[Architecture]:
         """Architectures as they are listed: those of the gate, then the others."""
         return sorted(self.architectures, key=lambda item: not item.is_gate)
