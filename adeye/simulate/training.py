@@ -37,7 +37,7 @@ from adeye.simulate.mirror import as_driven
 from adeye.simulate.sensors.rig import Rig
 from adeye.simulate.traffic import make_traffic
 from adeye.simulate.traffic.env import draw_case, require_seed, rewards
-from adeye.simulate.world.clock import ticks
+from adeye.simulate.world.clock import require_step, ticks
 from adeye.spec.architecture import Architecture
 from adeye.spec.channels import PolicyChannel, TrackingParameters
 from adeye.spec.load import load_architecture, load_scenario
@@ -85,6 +85,7 @@ class PolicyEnv(gymnasium.Env[Any, Any]):
         Raises:
             InputError: A file or a value in it cannot be used.
         """
+        require_step(step)
         self._folder = Path()
         if not isinstance(architecture, Architecture):
             self._folder, architecture = (

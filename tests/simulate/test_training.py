@@ -123,6 +123,9 @@ def test_policy_drives_there_as_in_a_run(rate: str, delay: str, tmp_path: Path) 
 def test_what_cannot_be_trained_is_refused() -> None:
     candidate = load_architecture(ROOT / "odd" / "architectures" / "camera_radar.yaml").spec
     refused(UsageError, PolicyEnv, scenario=SCENARIO, architecture=candidate, says="has 0 channels")
+    for step in (0.0, -0.1, np.nan, 1.5, True, "0.05 s"):
+        given = {"scenario": SCENARIO, "architecture": architecture_of(), "step": step}
+        refused(UsageError, PolicyEnv, **given, says="step is ")
     env = made()
     refused(UsageError, env.step, np.zeros(2), says="was not reset")
     refused(UsageError, env.reset, options={"cases": []}, says="no option 'cases'")

@@ -337,7 +337,9 @@ def require_start(description: Description, start: Mapping[str, Any]) -> None:
                 f"start value {shown(value)} is none of {variable.kind} {shown(name)}",
                 remedy="Numbers that the type holds, true, false, and text for String.",
             )
-        if variable.variability == "constant" or variable.causality == "independent":
+        # An output without a start value of its own is calculated.
+        is_told = variable.causality == "output" and not variable.start
+        if variable.variability == "constant" or variable.causality == "independent" or is_told:
             raise SpecError(
                 f"variable {shown(name)} of the FMU cannot be set",
                 remedy="Start values are for parameters, inputs and states.",

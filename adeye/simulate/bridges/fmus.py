@@ -7,9 +7,11 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from adeye.errors import SpecError
 from adeye.plugins import locate_file
 from adeye.simulate.bridges import fmi, fmu_program
 from adeye.simulate.bridges.programs import INVALID_OUTPUT, Broken, Children, ceilings_of
+from adeye.units import shown
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -60,12 +62,19 @@ def wire_fmu(
     description = fmi.read_description(file)
     fmi.require_steppable(description, file.name)
     fmi.require_start(description, use.start)
-    return Wired(
+    wired = Wired(
         file,
         fmi.wire(description, inputs, "input"),
         fmi.wire(description, outputs, "output"),
         fmi.wire(description, initial, "parameter"),
     )
+    for wire in wired.initial:
+        if wire.variable in use.start:
+            raise SpecError(
+                f"{shown(wire.variable)} has a start value, and is what {wire.signal} is put into",
+                remedy="Give one of the two.",
+            )
+    return wired
 
 
 def wire_each(uses: Sequence[FmuUse], wire: Callable[[Any], Wired]) -> list[Wired]:

@@ -21,6 +21,7 @@ from adeye.errors import SpecError, UsageError
 from adeye.kernel.random import owner_id, uniform
 from adeye.signals import Bools, Floats, Ints, Scene
 from adeye.simulate.traffic import make_traffic
+from adeye.simulate.world.clock import require_step
 from adeye.spec.architecture import Architecture
 from adeye.spec.load import load_architecture, load_scenario
 from adeye.spec.scenario import LogicalScenario
@@ -124,6 +125,7 @@ class TrafficVectorEnv(VectorEnv[Observation, Floats, Any]):
         """
         if num_envs < 1:
             raise UsageError(f"num_envs is {num_envs}", remedy="Give at least 1 run.")
+        require_step(step)
         self.num_envs = num_envs
         # Where the FMUs of a vehicle and of actors are looked for.
         self._folder = self._scenario_folder = Path()

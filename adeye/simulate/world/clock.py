@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 
-from adeye.errors import SpecError
+from adeye.errors import SpecError, UsageError
+from adeye.units import shown
 
 TOLERANCE = 1e-6
 """Relative distance from a whole number of ticks that is taken for rounding."""
@@ -12,6 +13,17 @@ TOLERANCE = 1e-6
 
 MAX_TICKS = 1_000_000
 """Most ticks of a run, and so of every time within it."""
+
+
+def require_step(step: object) -> None:
+    """Refuse what is no step of a run, as an ODD does.
+
+    Raises:
+        UsageError: It is no number above 0 s, or above 1 s.
+    """
+    is_number = isinstance(step, int | float) and not isinstance(step, bool)
+    if not (is_number and 0.0 < step <= 1.0):  # type: ignore[operator]
+        raise UsageError(f"step is {shown(step)}", remedy="Give seconds above 0, at most 1.")
 
 
 def ticks(duration: float, step: float, what: str) -> int:

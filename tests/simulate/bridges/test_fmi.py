@@ -100,6 +100,7 @@ def test_unit_that_is_no_motion_is_refused(tmp_path: Path) -> None:
         ({"gain": math.nan}, "is none of Real 'gain'"),
         ({"gain": math.inf}, "is none of Real 'gain'"),
         ({"gain": True}, "is none of Real 'gain'"),
+        ({"a": 1.0}, "variable 'a' of the FMU cannot be set"),
     ],
 )
 def test_start_value_that_cannot_be_set_is_refused(

@@ -311,6 +311,7 @@ def test_wrong_use_is_an_error_that_says_what_to_do(env: TrafficVectorEnv) -> No
     refused(UsageError, env.reset, options={"cases": [1] * 4}, says="1 is no test case")
     asked = {"scenario": make_scenario(), "architecture": "odd/architectures/camera_radar.yaml"}
     refused(UsageError, TrafficVectorEnv, -1, **asked, says="num_envs is -1")
+    refused(UsageError, TrafficVectorEnv, 1, **asked, step=0.0, says="step is 0.0")
     with pytest.raises(UsageError, match="other objects or events"):
         env.reset(options={"cases": [make_case(make_scenario())] * 4})
     env.reset(seed=1)

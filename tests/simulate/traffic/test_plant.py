@@ -49,6 +49,11 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return made
 
 
+def test_what_is_put_in_at_the_start_has_no_start_value(folder: Path) -> None:
+    twice = case({**PLANT, "start": {"x0": 9.0}})
+    refused(SpecError, drive, [twice], folder, says="'x0' has a start value, and is what .* into")
+
+
 def test_single_track_in_an_fmu_moves_as_the_built_in_one(folder: Path) -> None:
     mine, theirs = drive([case(), case(None)], folder)
     assert mine[:, :2] == pytest.approx(theirs[:, :2], abs=0.05)
