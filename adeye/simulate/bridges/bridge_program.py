@@ -145,9 +145,10 @@ def serve(peer: Peer, argv: Sequence[str], lines: Any, answer: Callable[[Any], N
         is_known = False
         for line in lines:
             shown = json.loads(line)
+            early = _unasked(peer, shown["tick"])
             peer.publish(line, shown)
             again = None if is_known else partial(peer.publish, line, shown)
-            answer(_answer(peer, node, shown["tick"], again))
+            answer(_answer(peer, node, shown["tick"], again) if early is None else early)
             is_known = True
     finally:
         node.kill()
@@ -166,6 +167,23 @@ def _settle(peer: Peer, node: Node) -> None:
         time.sleep(0.005)
 
 
+def _unasked(peer: Peer, tick: int) -> Any:
+    """Return what was said before a tick is told, and answers none of those before; else None.
+
+    An answer to the tick has a text in the place of its number: it was made without being asked.
+    """
+    while (content := peer.receive(0.0)) is not None:
+        told = _tick_of(content)
+        if told is None or told >= tick:
+            return content if told is None else {**content, "tick": f"{told}, before it is asked"}
+    return None
+
+
+def _tick_of(content: Any) -> int | None:
+    told = content.get("tick") if isinstance(content, dict) else None
+    return told if type(told) is int else None
+
+
 def _answer(peer: Peer, node: Node, tick: int, again: Callable[[], None] | None) -> Any:
     """Return the first answer that is not of an earlier tick, late or told twice."""
     patience, asked = AGAIN_S, time.monotonic()
@@ -181,8 +199,8 @@ def _answer(peer: Peer, node: Node, tick: int, again: Callable[[], None] | None)
                 msg = "its node has closed its connections"
                 raise BridgeError(msg)
             continue
-        told = content.get("tick") if isinstance(content, dict) else None
-        if type(told) is not int or told >= tick:
+        told = _tick_of(content)
+        if told is None or told >= tick:
             return content
 
 

@@ -261,6 +261,26 @@ def test_only_the_first_tick_is_told_again(
     assert answers[1:] == [{"tick": 0}, {"tick": 1}, {"tick": 2}]
 
 
+class Hasty(Forgetful):
+    """A node that answers the next tick with each."""
+
+    def publish(self, line: bytes, shown: dict[str, Any]) -> None:
+        super().publish(line, shown)
+        super().publish(line, {"tick": shown["tick"] + 1})
+
+
+def test_answer_that_is_there_before_it_is_asked_is_none(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(bridge_program, "SETTLED_S", 0.0)
+    monkeypatch.setattr(bridge_program, "Node", Alive)
+    answers = list[Any]()
+    ticks = b"".join(b'{"tick": %d}\n' % tick for tick in range(2))
+    bridge_program.serve(Hasty(0), ["node"], io.BytesIO(b"{}\n" + ticks), answers.append)
+    assert answers[1:] == [{"tick": 0}, {"tick": "1, before it is asked"}]
+
+
 # --- Nodes that misbehave -------------------------------------------------------------------------
 
 
