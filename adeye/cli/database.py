@@ -12,7 +12,7 @@ from adeye.cli import output as out
 from adeye.cli.options import CampaignId, Db, Json, RunId, add, named, named_anew, option
 from adeye.errors import UsageError, amount
 from adeye.judge.verdict import ExitCode
-from adeye.outputs import guarded, write_atomically
+from adeye.outputs import guarded, is_stream, write_atomically
 
 if TYPE_CHECKING:
     from adeye.store.evidence.roots import RunProof
@@ -476,6 +476,11 @@ def write(
     from adeye.report.formats.manifest import sign as signed
     from adeye.store.repository import Repository
 
+    if sign is not None and is_stream(output):
+        raise UsageError(
+            f"--sign puts the signature beside the manifest, and {str(output)!r} is no file",
+            remedy="Name a file with --output.",
+        )
     signature_path = output.with_name(output.name + SIGNATURE)
     name = f"{SIGNATURE} of --output"
     with guarded({name: None if sign is None else signature_path}, renewed=name):

@@ -193,6 +193,13 @@ def test_unsigned_manifest_tells_altered_files(adeye: Any, folder: Path, campaig
     assert adeye(*only).code == 4
 
 
+def test_signature_has_a_file_to_stand_beside(adeye: Any, folder: Path, campaign: str) -> None:
+    assert folder.is_dir()
+    assert campaign
+    asked = ("manifest", "write", "--db", "x.db", "--sign", "k.pem", "-o", "/dev/stdout")
+    assert "'/dev/stdout' is no file" in adeye(*asked).refused
+
+
 def test_key_is_not_overwritten_by_the_signature(adeye: Any, folder: Path, campaign: str) -> None:
     pytest.importorskip("cryptography", reason="the extra `sign` is not installed")
     assert campaign
