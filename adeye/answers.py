@@ -132,11 +132,13 @@ def claim(db: str | Path | None, name: str | None, options: ClaimOptions) -> Cla
         IntegrityError: Results are not as they were written.
     """
     from adeye.report.claims import claims_of
+    from adeye.store.read.totals import tell_refused
     from adeye.store.repository import Repository
 
     with Repository.open(db, create=False) as repository:
         campaign = find_called(repository, name)
         repository.require_sound(campaign.id)
+        tell_refused(repository, campaign)
         return claims_of(repository, campaign, options)
 
 

@@ -28,7 +28,7 @@ JUDGED_CASES: Final = f"""campaign_case c JOIN campaign_fsr f ON {JUDGED}
     JOIN run r ON r.result_digest = c.result_digest
     JOIN verdict v ON v.run_number = r.number AND v.fsr_digest = f.fsr_digest"""
 """The cases of campaigns with the verdicts that the campaigns ask for."""
-TWINS: Final = """half_step h JOIN campaign_case c ON c.result_digest = h.origin_digest
+TWINS: Final = """half_step h CROSS JOIN campaign_case c ON c.result_digest = h.origin_digest
     AND EXISTS (SELECT 1 FROM uncertainty u WHERE u.campaign_id = c.campaign_id
         AND u.scenario = c.scenario AND u.architecture = c.architecture)"""
 """Twins with half the step that verdicts of campaigns rest on, with the cases that they are of."""

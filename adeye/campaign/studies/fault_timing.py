@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import collections
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
@@ -15,9 +16,11 @@ from adeye.campaign.replay import (
     require_same_code,
     together,
 )
-from adeye.errors import InputError
+from adeye.errors import InputError, amount
 from adeye.judge.timeline import Injection, classify_injection, tabulate, timeline, violation_s
+from adeye.notices import notice
 from adeye.signals import NO_FAULT
+from adeye.store.read.totals import tell_refused
 from adeye.store.repository import Repository
 from adeye.sweep.case import AuthorityOverride, TestCase
 
@@ -71,8 +74,10 @@ def run_timeline(db: str | Path | None, run: str, report: Report | None = None) 
             remedy="Name a run whose fault entry is not 'none'.",
         )
     counter = Counter("execute", 1 + _TWINS, report)
-    found = next(_injections([recalled]))
+    found, failed = next(_injections([recalled]))
     counter.add(1 + _TWINS)
+    if failed:
+        _tell({failed: 1})
     return found
 
 
@@ -106,14 +111,18 @@ def campaign_injections(
         chosen = repository.hindsight.executed(info.id, most, only_faulty=True)
         found = [known[run.result_digest] for run in chosen if run.result_digest in known]
         others = [run for run in chosen if run.result_digest not in known]
-        counter = Counter("faults", len(others), report)
+        counter, failing = Counter("faults", len(others), report), collections.Counter[str]()
         for part in recalled_parts(repository, others):
             for batch in together(part, lambda item: item):
                 made = list(_injections(batch))
-                # Batch by batch: whoever interrupts and asks again goes on from there.
-                repository.hindsight.save_injections(made)
-                found += made
+                # Batch by batch: whoever interrupts and asks again goes on from there. Of what a
+                # failed channel has a part in nothing is kept, so that it is told every time.
+                repository.hindsight.save_injections([item for item, failed in made if not failed])
+                found += (item for item, _ in made)
+                failing.update(failed for _, failed in made if failed)
                 counter.add(len(batch))
+        _tell(failing)
+        tell_refused(repository, info)
     found.sort(key=lambda item: item.run)
     rows = tabulate(found, lambda scenario: designs.get(scenario) == _RANDOM)
     return InjectionTable(info.id, len(found), rows, tuple(found))
@@ -126,8 +135,19 @@ def _designs(odd: Mapping[str, Any]) -> dict[str, str]:
     }
 
 
-def _injections(part: Sequence[Recalled]) -> Iterator[Injection]:
-    """Execute runs of one structure together with their twins, by the code that executed them."""
+def _tell(failing: Mapping[str, int]) -> None:
+    for failed, count in sorted(failing.items()):
+        notice(
+            f"{failed} in a twin of {amount(count, 'run')}, and not in the run: what is said of "
+            "their faults is said of a channel that failed"
+        )
+
+
+def _injections(part: Sequence[Recalled]) -> Iterator[tuple[Injection, str]]:
+    """Execute runs of one structure together with their twins, by the code that executed them.
+
+    Which channel failed how in a twin, and not in the run, is said beside; else nothing.
+    """
     code = require_same_code(part)
     first, count = part[0], len(part)
     cases = [item.case for item in part]
@@ -139,7 +159,14 @@ def _injections(part: Sequence[Recalled]) -> Iterator[Injection]:
         require_as_recorded(item, faulted, run)
         times = timeline(faulted, run, twins, run)
         without = timeline(faulted, count + run, twins, count + run)
-        yield Injection(
+        own, events = faulted.channel_events[run], twins.channel_events
+        beside = faulted.channel_events[count + run], events[run], events[count + run]
+        failed = [
+            f"{event.outcome} of channel {event.channel} of {item.run.architecture}"
+            for event in beside
+            if event is not None and (own is None or own.channel != event.channel)
+        ]
+        injection = Injection(
             run=item.run.result_digest,
             scenario=item.run.scenario,
             architecture=item.run.architecture,
@@ -150,6 +177,7 @@ def _injections(part: Sequence[Recalled]) -> Iterator[Injection]:
             class_=classify_injection(times, without.fault_to_violation_s),
             twins=(of_twins[run], digests[count + run], of_twins[count + run]),
         )
+        yield injection, failed[0] if failed else ""
 
 
 def _without_mechanism(case: TestCase) -> TestCase:

@@ -12,12 +12,14 @@ from adeye.campaign import replay
 from adeye.campaign.parts import Unchanged
 from adeye.campaign.replay import Recalled, Report
 from adeye.campaign.work import describe
-from adeye.errors import InputError, IntegrityError, UsageError
+from adeye.errors import InputError, IntegrityError, UsageError, amount
 from adeye.judge import preventability
 from adeye.judge.timeline import violation_s
 from adeye.judge.uncertainty import verdict_with
 from adeye.kernel.relation import tick_time
+from adeye.notices import notice
 from adeye.simulate.world.clock import ticks
+from adeye.store.read.totals import tell_refused
 from adeye.store.records import ForkRecord
 from adeye.store.repository import Repository
 from adeye.store.write.studies import TakeoverLine
@@ -324,6 +326,12 @@ def look_back(
                 repository.hindsight.save_takeovers(made)
                 lines += made
                 counter.add(len(made))
+        for architecture, channel, outcome, count in repository.hindsight.failed_in_forks(info.id):
+            notice(
+                f"{outcome} of channel {channel} in {amount(count, 'fork')} of {architecture}, and "
+                "not in the run: what is said of these takeovers is said of a channel that failed"
+            )
+        tell_refused(repository, info)
     counted = collections.Counter(line.class_ for line in lines)
     return TakeoverMatrix(
         campaign=info.id,

@@ -25,6 +25,7 @@ from adeye.judge.verdict import (
     fold_runs,
     gate_exit,
 )
+from adeye.notices import notice
 from adeye.store.evidence.vouched import Withdrawal
 from adeye.store.records import LEFT_OUT, RAISED, of_fields
 from adeye.store.repository import Repository
@@ -606,6 +607,13 @@ def _changed_by_step(repository: Repository, campaign: CampaignInfo) -> list[str
             count = f"{found.pairs:,} of {amount(found.sampled, 'margin')}"
             told[f"{whose}: {count} of {item.scenario} do not tell what the step is worth"] = None
     return list(told)
+
+
+def tell_refused(repository: Repository, campaign: CampaignInfo) -> None:
+    """Tell which parts failed, so that the gate refuses what else is said of the campaign."""
+    failures = [str(item) for item in channel_failures(repository, campaign) if item.refused]
+    for text in (*failed_parts(repository, campaign)[0], *failures):
+        notice(f"the gate does not let campaign {campaign.id[:10]} pass: {text}")
 
 
 def failed_parts(repository: Repository, campaign: CampaignInfo) -> tuple[list[str], list[str]]:

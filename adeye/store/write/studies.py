@@ -35,7 +35,12 @@ from adeye.store.database import Door, Part, reading, writing
 from adeye.store.encoding import Row
 from adeye.store.evidence.roots import Certificates
 from adeye.store.ledger import insert_new, insert_rows, row_of
-from adeye.store.read.campaigns import contact_of, executed_once, failed_among
+from adeye.store.read.campaigns import (
+    contact_of,
+    executed_once,
+    failed_among,
+    failed_in_forks,
+)
 from adeye.store.records import ContentRecord, ForkRecord, RunRef, of_row
 from adeye.store.texts import json_text
 from adeye.store.write.content import save_content
@@ -290,6 +295,7 @@ class Hindsight(Door):
 
     save_forks = writing(save_forks)
     failed_among = reading(failed_among)
+    failed_in_forks = reading(failed_in_forks)
 
     half_steps = Part(HalfSteps)
     """Twins with half the step, and the numeric uncertainty that they told."""

@@ -12,15 +12,16 @@ import pytest
 
 from adeye.campaign.replay import recall, replay_run
 from adeye.campaign.studies import forks
+from adeye.campaign.studies.fault_timing import campaign_injections
 from adeye.campaign.studies.forks import TakeoverMatrix, fork_run, look_back
 from adeye.errors import InputError, IntegrityError
 from adeye.judge.preventability import TAKEOVER_CLASSES
 from adeye.store.repository import Repository
 from adeye.sweep.case import AuthorityOverride
 from adeye.trace import LINK_TICKS
-from tests.project import Executed
+from tests.project import CANDIDATE, CANDIDATE_ONLY, Executed, Project, one_scenario
 from tests.sql import alter, rows
-from tests.stored import known
+from tests.stored import known, stored
 
 # --- forks of stored runs: the laws that make them evidence
 
@@ -238,3 +239,32 @@ def test_precision_and_recall_are_those_of_the_lines(matrix: TakeoverMatrix) -> 
     assert matrix.precision == (len(needed), len(took))
     assert matrix.recall[0] == matrix.counts["needed_and_done"]
     assert matrix.recall[1] == len(needed) + matrix.avoidable
+
+
+# --- a channel that fails where it goes on, and not in the run
+
+
+def test_channel_that_fails_in_a_fork_or_twin_alone_is_told(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    odd = one_scenario("cut_in", "nominal_silent", gap=["60 m"], relative_speed=["-10 km/h"])
+    project = Project(tmp_path, {**odd, "architectures": CANDIDATE_ONLY})
+    (tmp_path / "odd/architectures/late.py").write_text(stored("plugins")["late"], "utf-8")
+    with project.edited(CANDIDATE) as candidate:
+        channel = {"kind": "./late.py:Late", "links": ["localisation"]}
+        candidate["channels"]["nominal"] = channel
+    project.run()
+    failed = {row["fault_entry"]: row["outcome"] for row in project.rows()}
+    assert failed == {"none": "channel_error", "nominal_silent": "completed"}
+    caplog.set_level("INFO", "adeye.notices")
+    told = "channel_error of channel nominal"
+    for _ in range(2):
+        caplog.clear()
+        assert look_back(project.db).looked_at == 2
+        said, *refused_too = caplog.messages
+        assert said.startswith(f"{told} in 1 fork of camera_radar, and not in the run")
+        assert all("does not let campaign" in text for text in refused_too)
+        caplog.clear()
+        assert campaign_injections(project.db).looked_at == 1
+        said = caplog.messages[0]
+        assert said.startswith(f"{told} of camera_radar in a twin of 1 run, and not in the run")

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import adeye
-from adeye.answers import describe_run
+from adeye.answers import claim, describe_run
 from adeye.campaign import run as runner
 from adeye.campaign.integrity import check_stored
 from adeye.campaign.plan import CampaignPlan
@@ -27,6 +27,7 @@ from adeye.campaign.work import BatchResult, BatchTask, execute
 from adeye.errors import InputError, IntegrityError, SpecError
 from adeye.judge.uncertainty import Difference, differences, sampled_metric
 from adeye.judge.verdict import ExitCode, Verdict
+from adeye.report.claims import ClaimOptions
 from adeye.report.gate import baseline
 from adeye.report.gate.changes import Tolerances
 from adeye.report.gate.decide import judge_campaign
@@ -442,7 +443,7 @@ def staleness(project: Project) -> Staleness:
     ],
 )
 def test_what_fails_in_twins_alone_is_told_and_not_green(
-    tmp_path: Path, part: str, told: str
+    tmp_path: Path, part: str, told: str, caplog: pytest.LogCaptureFixture
 ) -> None:
     sample: dict[str, Any] = {"uncertainty": {"situations": 10}}
     project = Project(tmp_path, {**KEPT, **sample, "architectures": CANDIDATE_ONLY})
@@ -463,11 +464,17 @@ def test_what_fails_in_twins_alone_is_told_and_not_green(
     judged = adeye.gate(db=project.db)
     assert judged.exit_code is ExitCode.INCOMPLETE
     assert told in str(judged.findings)
+    caplog.set_level("INFO", "adeye.notices")
+    claim(project.db, None, ClaimOptions())
+    assert told in caplog.text
+    caplog.clear()
     with project.edited_odd() as odd:
         odd["gate"] = {"architectures": ["camera_radar"], "channel_failures": "allow"}
     allowed = project.run()
     assert allowed.exit_code is ExitCode.OK
     assert told in allowed.message
+    claim(project.db, None, ClaimOptions())
+    assert not [item for item in caplog.messages if "does not let" in item]
 
 
 KEPT = one_scenario(ego_speed=SPEEDS, gap=GAPS[:4])
