@@ -321,10 +321,13 @@ def look_back(
             counter.add(len(part) - len(wanted))
             origins = {run.run.result_digest: run for run, _ in wanted}
             for batch in make_forks(repository, wanted):
-                made = [_line(origins[forked.origin.run], forked) for forked in batch]
-                # Batch by batch: whoever interrupts and asks again goes on from there.
-                repository.hindsight.save_takeovers(made)
-                lines += made
+                made = [(_line(origins[item.origin.run], item), item) for item in batch]
+                # Batch by batch: whoever interrupts and asks again goes on from there. Of a fork
+                # in which a channel failed nothing is kept: a report would not say so.
+                repository.hindsight.save_takeovers(
+                    [line for line, item in made if not _fails_alone(item)]
+                )
+                lines += (line for line, _ in made)
                 counter.add(len(made))
         for architecture, channel, outcome, count in repository.hindsight.failed_in_forks(info.id):
             notice(
@@ -343,6 +346,12 @@ def look_back(
         harmful=sum(line.class_ == "spurious" and line.violation_s is not None for line in lines),
         lines=tuple(sorted(lines, key=lambda line: line.run)),
     )
+
+
+def _fails_alone(forked: Forked) -> bool:
+    """Tell whether a channel failed in a fork, and not so in the run."""
+    outcome = forked.fork.outcome
+    return outcome.startswith("channel_") and outcome != forked.origin.outcome
 
 
 def takeover_tick(recalled: Recalled) -> int | None:

@@ -264,6 +264,8 @@ def test_channel_that_fails_in_a_fork_or_twin_alone_is_told(
         said, *refused_too = caplog.messages
         assert said.startswith(f"{told} in 1 fork of camera_radar, and not in the run")
         assert all("does not let campaign" in text for text in refused_too)
+        kept = "SELECT fault_entry FROM v_forks WHERE class IS NOT NULL"
+        assert rows(project.db, kept) == [("none",)]
         caplog.clear()
         assert campaign_injections(project.db).looked_at == 1
         said = caplog.messages[0]
