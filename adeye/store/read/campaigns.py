@@ -673,27 +673,6 @@ def failed_among(
     return frozenset(found.scalars())
 
 
-def failed_in_forks(
-    connection: Connection, campaign_id: str
-) -> tuple[tuple[str, str, str, int], ...]:
-    """Count the forks in which a channel failed that did not fail in the run.
-
-    Returns:
-        Architecture, channel, what happened, and in how many forks of runs of the campaign.
-    """
-    found = connection.exec_driver_sql(
-        "SELECT c.architecture, r.outcome_channel, r.outcome, COUNT(DISTINCT f.result_digest) "
-        "FROM fork f CROSS JOIN run r ON r.result_digest = f.result_digest "
-        "JOIN run o ON o.result_digest = f.origin_digest "
-        "JOIN campaign_case c ON c.result_digest = f.origin_digest "
-        "WHERE c.campaign_id = ? AND r.outcome_channel IS NOT NULL "
-        "AND (o.outcome_channel IS NULL OR o.outcome_channel <> r.outcome_channel) "
-        "GROUP BY 1, 2, 3 ORDER BY 1, 2, 3",
-        (campaign_id,),
-    )
-    return tuple((*item[:3], int(item[3])) for item in found)
-
-
 def tried_again(connection: Connection, campaign_id: str) -> dict[str, int]:
     """Count the results of a campaign that came out only when their block was tried again.
 
