@@ -234,12 +234,29 @@ def told(error: BaseException, asked: Any = None) -> str:
     return f"{type(error).__name__}: {said(error)}{place}"
 
 
+def hide(spellings: str, mask: str) -> None:
+    """Mask a secret in whatever an exception says from now on.
+
+    Args:
+        spellings: Pattern of how it may be written.
+        mask: What is put in its place.
+    """
+    _hidden[spellings] = mask
+
+
 def said(error: BaseException) -> str:
-    """Give the text of an exception, whose code may be somebody else's."""
+    """Give the text of an exception, whose code may be somebody else's; secrets are masked."""
     try:
-        return str(error)
+        text = str(error)
     except Exception:  # noqa: BLE001 - it is described, not obeyed
         return "it cannot say what it is"
+    for spellings, mask in _hidden.items():
+        text = re.sub(spellings, mask, text)
+    return text
+
+
+_hidden: Final[dict[str, str]] = {}
+"""Masks of secrets by the patterns of how they are written."""
 
 
 def own_frame(error: BaseException) -> traceback.FrameSummary | None:

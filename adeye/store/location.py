@@ -10,6 +10,7 @@ import os
 import re
 import shlex
 import unicodedata
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Self, TypeAlias
@@ -17,6 +18,7 @@ from urllib.parse import quote_plus
 
 from adeye.errors import InputError
 from adeye.outputs import BESIDE_DATABASE, KEPT_FOLDER
+from adeye.supervision import hide
 from adeye.units import shown
 
 if TYPE_CHECKING:
@@ -121,9 +123,17 @@ class Location:
 
     def without_secrets(self, text: str) -> str:
         """Mask the passwords of its address in a text, however they are spelt there."""
-        for secret in self.secrets:
-            text = re.sub("".join(map(_spellings, secret)), _MASK, text)
+        for spellings in self._spelt():
+            text = re.sub(spellings, _MASK, text)
         return text
+
+    def hide(self) -> None:
+        """Mask its passwords in what guests raise from now on: they may quote the environment."""
+        for spellings in self._spelt():
+            hide(spellings, _MASK)
+
+    def _spelt(self) -> list[str]:
+        return ["".join(map(_spellings, secret)) for secret in self.secrets]
 
     def driver_arguments(self) -> dict[str, Any]:
         """What the driver of the server needs, as every verb gives it."""
@@ -241,7 +251,16 @@ def _server(rest: str) -> Location:
             f"database: the password of postgresql://… is masked as {_MASK}",
             remedy=f"Put it there, or into {VARIABLE} or the file that PGPASSFILE names.",
         )
-    return Location(url, None)
+    found = Location(url, None)
+    found.hide()
+    return found
+
+
+def hide_secrets() -> None:
+    """Mask the password of the database that the environment names in what guests raise."""
+    if _LIKE_A_SERVER.match(os.environ.get(VARIABLE, "")):
+        with suppress(InputError):
+            locate(os.environ[VARIABLE])
 
 
 def _unreadable() -> InputError:

@@ -14,7 +14,7 @@ from tests.cli.conftest import Verb
 from tests.cli.test_foreign_parts import ELSEWHERE
 from tests.cli.test_foreign_parts import VERBS as READING
 from tests.postgres import Server
-from tests.project import CONCEPT, MINI, Project
+from tests.project import CANDIDATE, CONCEPT, MINI, Project
 from tests.stored import stored
 
 SPELT = "pl4nt%40d%20s3cr%2Ft%3F%25%C3%A9"
@@ -131,3 +131,33 @@ def test_no_output_of_any_verb_has_the_password_of_a_server(
     assert found_in(folder, said, url, other) == []
     # What is looked for would be found.
     assert found_in(folder, {"this": url}) == ["this"]
+
+
+QUOTING = """
+import os
+
+
+class Quoting:
+    def __init__(self, parameters, context):
+        pass
+
+    def act(self, observation):
+        raise RuntimeError(os.environ["ADEYE_DB"])
+"""
+
+
+@pytest.mark.parametrize("lanes", ["--workers", "--threads"])
+def test_guest_that_quotes_the_environment_tells_no_secret(
+    adeye: Verb, folder: Path, secretive: Any, lanes: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    url = secretive()
+    project = Project(folder / "project", {**MINI, "scenarios": [MINI["scenarios"][0]]})
+    (project.odd.parent / "architectures" / "quoting.py").write_text(QUOTING, "utf-8")
+    with project.edited(CANDIDATE) as candidate:
+        channel = {"kind": "./quoting.py:Quoting", "links": ["localisation"]}
+        candidate["channels"]["nominal"] = channel
+    monkeypatch.setenv("ADEYE_DB", url)
+    told = adeye("run", str(project.odd), lanes, "2", "--junit", "j.xml", "--report-json", "r.json")
+    assert "channel_error of channel nominal" in told.out + told.err
+    assert "RuntimeError: postgresql://" in (folder / "j.xml").read_text("utf-8")
+    assert found_in(folder, {"out": told.out, "err": told.err}, url) == []

@@ -4,8 +4,9 @@ from pathlib import Path
 
 import pytest
 
+from adeye import supervision
 from adeye.errors import InputError
-from adeye.store.location import Location, locate, masked, option
+from adeye.store.location import Location, hide_secrets, locate, masked, option
 from tests.refusals import refused
 from tests.stored import stored
 
@@ -159,3 +160,17 @@ def test_what_a_driver_quotes_is_masked() -> None:
     for text in (SECRET, SPELT, SPELT.replace("%2F", "%2f"), repr(SECRET), "other"):
         said = location.without_secrets(f'invalid "{text}" given')
         assert not [part for part in (*PARTS, "other") if part in said]
+
+
+def test_what_a_guest_quotes_of_the_environment_is_masked(monkeypatch: pytest.MonkeyPatch) -> None:
+    address = "postgresql://me:Pl%40nt%20ed@host/db"
+    monkeypatch.setattr(supervision, "_hidden", {})
+    raised = RuntimeError(f"{address} Pl@nt ed")
+    assert "nt ed" in supervision.said(raised)
+    monkeypatch.setenv("ADEYE_DB", address)
+    hide_secrets()
+    assert supervision.said(raised) == "postgresql://me:***@host/db ***"
+    monkeypatch.setattr(supervision, "_hidden", {})
+    monkeypatch.setenv("ADEYE_DB", "some.db")
+    hide_secrets()
+    assert supervision.said(raised) == str(raised)

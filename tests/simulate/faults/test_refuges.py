@@ -24,7 +24,7 @@ PLACES: Final = {
     "motorway_rest_area": 0.0,
     "free_driving_curve": 1.0,
 }
-"""Rating of the place where it stands; ``free_driving`` is ``motorway_shoulder`` but for its name."""
+"""Rating of the place where it stands; ``free_driving`` says the same as ``motorway_shoulder``."""
 
 
 @pytest.fixture(scope="module")
