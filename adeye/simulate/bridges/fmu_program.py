@@ -10,16 +10,18 @@ end is told as that of any program.
 
 from __future__ import annotations
 
+import ctypes
 import importlib
 import json
 import math
 import os
 import sys
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
 GREETING: Final = "adeye/fmu@1"
 """Name and version of these lines."""
@@ -54,6 +56,7 @@ class Instance:
         self._variables = {item.name: item for item in description.modelVariables}
         self._orders: dict[tuple[str, ...], list[tuple[str, list[int], list[int]]]] = {}
         self._fmu: Any = instantiate_fmu(folder, description, fmi_type="CoSimulation")
+        self._fmu._call = partial(_called, self._fmu._call, self._fmu._functions)
 
     def begin(self, start: dict[str, Any], time: float, stop: float | None = None) -> None:
         """Set start values and initialise.
@@ -131,6 +134,15 @@ class Instance:
 
     def _accessor(self, kind: str) -> str:
         return ACCESSORS.get(kind, {}).get(self._version, kind)
+
+
+def _called(call: Callable[..., Any], functions: Any, name: str, *arguments: Any) -> Any:
+    """Call a function of an FMU; fmpy takes a status below 0, which FMI does not have, for good."""
+    status = call(name, *arguments)
+    if functions[name].restype is ctypes.c_int and status < 0:
+        msg = f"{name} returned status {status}, which there is not"
+        raise RuntimeError(msg)
+    return status
 
 
 def _typed(kind: str, value: Any) -> Any:

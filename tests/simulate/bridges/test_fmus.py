@@ -1,9 +1,11 @@
 """The FMUs of a batch: what one does is its own run's, and starting one costs little."""
 
+import ctypes
 import math
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -105,3 +107,15 @@ def test_number_that_a_type_does_not_have_is_refused(
         refused(RuntimeError, fmu_program._typed, kind, value, says=f"is no {kind}, which is from")
     for value in (math.nan, math.inf):
         refused((ValueError, OverflowError), fmu_program._typed, kind, value)
+
+
+def test_status_that_fmi_does_not_have_is_a_failure() -> None:
+    functions = {
+        name: SimpleNamespace(restype=kind)
+        for name, kind in (("fmi2DoStep", ctypes.c_int), ("fmi2GetVersion", ctypes.c_char_p))
+    }
+    for good in (0, 1):
+        assert fmu_program._called(lambda _, it: it, functions, "fmi2DoStep", good) == good
+    assert fmu_program._called(lambda *_: b"2.0", functions, "fmi2GetVersion") == b"2.0"
+    with pytest.raises(RuntimeError, match="fmi2DoStep returned status -1"):
+        fmu_program._called(lambda *_: -1, functions, "fmi2DoStep", 0.0)
