@@ -370,11 +370,9 @@ def same_architectures(files: OddFiles, parts: Mapping[str, Parts]) -> Iterator[
 
 
 def same_scenarios(expansion: Expansion) -> Iterator[str]:
-    """Say which test cases of a scenario are those of another name of its file.
+    """Say which test cases of a scenario are those of another one, or of a copy of it.
 
-    Raises:
-        SweepError: They are those of a copy of the file. It has an id of its own, which its random
-            draws depend on, and nothing else: they would count as other results.
+    A copy of a file has an id of its own, which its random draws depend on, and nothing else.
     """
     alike: dict[str, dict[str, list[Section]]] = {}
     for section in expansion.sections:
@@ -386,38 +384,23 @@ def same_scenarios(expansion: Expansion) -> Iterator[str]:
         uses.setdefault(shared.scenario_id, []).append(section)
     repeated: Counter[tuple[str, str]] = Counter()
     for uses in alike.values():
-        seen: dict[tuple[str, int], tuple[str, Section]] = {}
+        seen: dict[tuple[str, int], str] = {}
         for name, sections in uses.items() if len(uses) > 1 else ():
             for section in sections:
                 for columns in expansion.columns(section.first, section.end):
                     for case in zip(columns.parameters_json, columns.replicate, strict=True):
-                        first, other = seen.setdefault(case, (name, section))
-                        if first != name:
-                            _require_same_file(expansion, other, section)
-                            repeated[name, first] += 1
+                        first = seen.setdefault(case, name)
+                        repeated[name, first] += first != name
     planned = Counter[str]()
     for factor in expansion.factors:
         planned[factor.scenario] += factor.test_cases
     for (name, first), count in repeated.items():
-        yield (
-            f"{count:,} of {planned[name]:,} test cases of {name} are those of {first} under "
-            "another name, and count once"
-        )
-
-
-def _require_same_file(expansion: Expansion, first: Section, section: Section) -> None:
-    """Refuse a scenario of another file that says the same, with the same test cases."""
-    files, use = expansion.files, section.group.use
-    names = [expansion.shared(item).scenario.scenario for item in (first, section)]
-    if names[0] != names[1]:
-        number = files.odd.spec.scenarios.index(use)
-        raise SweepError(
-            f"scenario {names[1]} differs from {names[0]} in nothing that is executed, and has the "
-            "same test cases: they would count as other results for their noise alone",
-            where=files.odd.locate(("scenarios", number, "use")),
-            remedy=f"Change what happens in it, give it other values, or use {names[0]} for both; "
-            "for more samples of the noise there are replicates.",
-        )
+        if count:
+            yield (
+                f"{count:,} of {planned[name]:,} test cases of {name} are those of {first} under "
+                "another name; equal results count once, and others differ by random draws only, "
+                "as replicates do"
+            )
 
 
 def check_cases(expansion: Expansion, seen: set[object] | None = None) -> tuple[str, ...]:

@@ -15,7 +15,7 @@ import pytest
 from adeye.campaign import work
 from adeye.campaign.run import judge_campaign, run_campaign
 from adeye.campaign.summary import CampaignSummary
-from adeye.errors import IntegrityError, SweepError
+from adeye.errors import IntegrityError
 from adeye.judge.metrics import METRICS
 from adeye.judge.verdict import ExitCode, Verdict
 from adeye.report.gate import decide
@@ -319,6 +319,7 @@ as_a_fault_that_changes_nothing = swept("faults.far.onset.at", 2, 0.5, **FAR, be
 WAYS = {
     "other names": (as_uses("as"), 10),
     "replicates": (as_replicates, 10),
+    "copies of the file": (as_uses("use"), 10),
     "shorter drives": (as_shorter_drives, 10),
     "an axis without effect": (swept("architecture.switch.staleness", 0.3, 0.1), 10),
     "a fault that changes nothing": (as_a_fault_that_changes_nothing, 12),
@@ -356,30 +357,14 @@ def test_other_values_are_other_results(project: Project) -> None:
     assert notice.startswith("1 of 2 test cases of again are those of lead_braking under another")
 
 
-def test_plan_names_scenarios_that_are_there_twice(project: Project) -> None:
+@pytest.mark.parametrize("again", [as_uses("as"), as_uses("use")])
+def test_plan_names_scenarios_that_are_there_twice(project: Project, again: Any) -> None:
     assert project.plan().notices == ()
-    as_uses("as")(project)
+    again(project)
     notices = project.plan().notices
     assert len(notices) == 4
     assert "2 of 2 test cases of" in notices[0]
     assert "are those of lead_braking under another name" in notices[0]
-
-
-def test_a_copy_of_a_file_is_no_other_situation(project: Project) -> None:
-    """Its id alone would seed other noise, and so count as other results."""
-    as_uses("use")(project)
-    with pytest.raises(SweepError, match="copy_0 differs from lead_braking in nothing") as caught:
-        project.plan()
-    assert caught.value.where is not None
-    assert Path(caught.value.where.path).name == "tested.yaml"
-
-
-def test_a_copy_of_a_file_may_have_values_of_its_own(project: Project) -> None:
-    copied(project, "copy")
-    with project.edited_odd() as odd:
-        own = {"parameters": {"deceleration": ["3 m/s^2", "3.5 m/s^2"]}}
-        odd["scenarios"].append({**odd["scenarios"][0], "use": "copy", "sweep": own})
-    assert project.plan().notices == ()
 
 
 @pytest.mark.slow

@@ -22,9 +22,10 @@ PLACES: Final = {
     "motorway_bay": 0.0,
     "motorway_bay_curve": 0.0,
     "motorway_rest_area": 0.0,
+    "free_driving": 1.0,
     "free_driving_curve": 1.0,
 }
-"""Rating of the place where it stands; ``free_driving`` says the same as ``motorway_shoulder``."""
+"""Rating of the place where it stands."""
 
 
 @pytest.fixture(scope="module")
