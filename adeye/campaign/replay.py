@@ -6,6 +6,7 @@ time, so memory does not grow with the campaign.
 
 from __future__ import annotations
 
+import collections
 from collections.abc import Callable
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -26,8 +27,9 @@ from adeye.campaign.plan import folder_of_plugins, recreate
 from adeye.campaign.run import Progress, fitting
 from adeye.campaign.traces import kept_trace
 from adeye.campaign.work import WorkContext, evaluate, grouped, signals_of
-from adeye.errors import InputError, IntegrityError, SpecError, UsageError, suggest
+from adeye.errors import InputError, IntegrityError, SpecError, UsageError, amount, suggest
 from adeye.identity import file_digest
+from adeye.notices import notice
 from adeye.outputs import replacing
 from adeye.plugins import locate_file
 from adeye.simulate.channels.process.protocol import Witness
@@ -51,7 +53,7 @@ if TYPE_CHECKING:
     from adeye.spec.concept import Requirement
     from adeye.spec.scenario import Driver
     from adeye.store.records import CampaignInfo, RunRef, StoredRun
-    from adeye.trace import Album
+    from adeye.trace import Album, ChannelEvent
 
 # --- Show a stored run, and run it again to compare every bit of its trace ------------------------
 
@@ -560,6 +562,42 @@ def rerun_together(
                     require_as_recorded(item, trace, run)
                     yield _execution(item, trace.select([run]))
                     counter.add(1)
+
+
+def failed_beside(run: RunRef, own: ChannelEvent | None, *others: ChannelEvent | None) -> str:
+    """Say which channels failed in what was executed beside a run, and not in the run; else "".
+
+    Args:
+        run: The run.
+        own: What failed in it.
+        others: What failed in a fork or in twins of it.
+    """
+    known = {item.channel for item in _failures(own)}
+    found = {
+        f"{item.outcome} of channel {item.channel}": None
+        for event in others
+        for item in _failures(event)
+        if item.channel not in known
+    }
+    return f"{' and '.join(found)} of {run.architecture}" if found else ""
+
+
+def _failures(event: ChannelEvent | None) -> tuple[ChannelEvent, ...]:
+    return () if event is None else (event, *event.later)
+
+
+def tell_failed_beside(found: Iterable[str], where: str) -> None:
+    """Tell what ``failed_beside`` says of some runs.
+
+    Args:
+        found: What it says of each run.
+        where: What was executed beside a run, such as ``the fork``.
+    """
+    for text, count in sorted(collections.Counter(filter(None, found)).items()):
+        notice(
+            f"{text} in {where} of {amount(count, 'run')}, and not in the run itself: what is said "
+            "of that is said of a channel that failed"
+        )
 
 
 class Counter:

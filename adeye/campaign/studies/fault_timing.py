@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import collections
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
@@ -10,15 +9,16 @@ from adeye.campaign.replay import (
     Counter,
     Recalled,
     Report,
+    failed_beside,
     recall,
     recalled_parts,
     require_as_recorded,
     require_same_code,
+    tell_failed_beside,
     together,
 )
-from adeye.errors import InputError, amount
+from adeye.errors import InputError
 from adeye.judge.timeline import Injection, classify_injection, tabulate, timeline, violation_s
-from adeye.notices import notice
 from adeye.signals import NO_FAULT
 from adeye.store.read.totals import tell_refused
 from adeye.store.repository import Repository
@@ -35,6 +35,7 @@ _RANDOM: Final = "random"
 _TWINS: Final = 3
 """Runs that are executed beside a run with a fault: without the fault, without the mechanism, both.
 """
+_BESIDE: Final = "a twin"
 
 
 @dataclass(frozen=True)
@@ -76,8 +77,7 @@ def run_timeline(db: str | Path | None, run: str, report: Report | None = None) 
     counter = Counter("execute", 1 + _TWINS, report)
     found, failed = next(_injections([recalled]))
     counter.add(1 + _TWINS)
-    if failed:
-        _tell({failed: 1})
+    tell_failed_beside([failed], _BESIDE)
     return found
 
 
@@ -111,7 +111,7 @@ def campaign_injections(
         chosen = repository.hindsight.executed(info.id, most, only_faulty=True)
         found = [known[run.result_digest] for run in chosen if run.result_digest in known]
         others = [run for run in chosen if run.result_digest not in known]
-        counter, failing = Counter("faults", len(others), report), collections.Counter[str]()
+        counter, failing = Counter("faults", len(others), report), list[str]()
         for part in recalled_parts(repository, others):
             for batch in together(part, lambda item: item):
                 made = list(_injections(batch))
@@ -119,9 +119,9 @@ def campaign_injections(
                 # failed channel has a part in nothing is kept, so that it is told every time.
                 repository.hindsight.save_injections([item for item, failed in made if not failed])
                 found += (item for item, _ in made)
-                failing.update(failed for _, failed in made if failed)
+                failing += (failed for _, failed in made)
                 counter.add(len(batch))
-        _tell(failing)
+        tell_failed_beside(failing, _BESIDE)
         tell_refused(repository, info)
     found.sort(key=lambda item: item.run)
     rows = tabulate(found, lambda scenario: designs.get(scenario) == _RANDOM)
@@ -135,18 +135,10 @@ def _designs(odd: Mapping[str, Any]) -> dict[str, str]:
     }
 
 
-def _tell(failing: Mapping[str, int]) -> None:
-    for failed, count in sorted(failing.items()):
-        notice(
-            f"{failed} in a twin of {amount(count, 'run')}, and not in the run: what is said of "
-            "their faults is said of a channel that failed"
-        )
-
-
 def _injections(part: Sequence[Recalled]) -> Iterator[tuple[Injection, str]]:
     """Execute runs of one structure together with their twins, by the code that executed them.
 
-    Which channel failed how in a twin, and not in the run, is said beside; else nothing.
+    Beside each stands what ``failed_beside`` says of the twins.
     """
     code = require_same_code(part)
     first, count = part[0], len(part)
@@ -159,13 +151,9 @@ def _injections(part: Sequence[Recalled]) -> Iterator[tuple[Injection, str]]:
         require_as_recorded(item, faulted, run)
         times = timeline(faulted, run, twins, run)
         without = timeline(faulted, count + run, twins, count + run)
-        own, events = faulted.channel_events[run], twins.channel_events
-        beside = faulted.channel_events[count + run], events[run], events[count + run]
-        failed = [
-            f"{event.outcome} of channel {event.channel} of {item.run.architecture}"
-            for event in beside
-            if event is not None and (own is None or own.channel != event.channel)
-        ]
+        own, *beside = (
+            of.channel_events[at] for at in (run, count + run) for of in (faulted, twins)
+        )
         injection = Injection(
             run=item.run.result_digest,
             scenario=item.run.scenario,
@@ -177,7 +165,7 @@ def _injections(part: Sequence[Recalled]) -> Iterator[tuple[Injection, str]]:
             class_=classify_injection(times, without.fault_to_violation_s),
             twins=(of_twins[run], digests[count + run], of_twins[count + run]),
         )
-        yield injection, failed[0] if failed else ""
+        yield injection, failed_beside(item.run, own, *beside)
 
 
 def _without_mechanism(case: TestCase) -> TestCase:

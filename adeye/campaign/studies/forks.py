@@ -12,12 +12,11 @@ from adeye.campaign import replay
 from adeye.campaign.parts import Unchanged
 from adeye.campaign.replay import Recalled, Report
 from adeye.campaign.work import describe
-from adeye.errors import InputError, IntegrityError, UsageError, amount
+from adeye.errors import InputError, IntegrityError, UsageError
 from adeye.judge import preventability
 from adeye.judge.timeline import violation_s
 from adeye.judge.uncertainty import verdict_with
 from adeye.kernel.relation import tick_time
-from adeye.notices import notice
 from adeye.simulate.world.clock import ticks
 from adeye.store.read.totals import tell_refused
 from adeye.store.records import ForkRecord
@@ -72,6 +71,7 @@ class Forked:
         links: Links of the recorded digest chain that cover ticks before it; None where no chain
             was recorded.
         is_same: Whether the fork is the run itself, bit for bit.
+        failed: Which channels failed in the fork and not in the run; empty for none.
     """
 
     origin: Side
@@ -81,6 +81,7 @@ class Forked:
     authority: str
     links: int | None
     is_same: bool
+    failed: str
 
 
 def fork_run(
@@ -203,6 +204,9 @@ def _fork_together(
             authority=override.channel,
             links=None if links is None else min(len(links), override.from_tick // LINK_TICKS),
             is_same=origin.trace_digest == fork.trace_digest,
+            failed=replay.failed_beside(
+                recalled.run, trace.channel_events[run], trace.channel_events[count + run]
+            ),
         )
 
 
@@ -314,7 +318,7 @@ def look_back(
         lines = [known[run.result_digest] for run in chosen if run.result_digest in known]
         others = [run for run in chosen if run.result_digest not in known]
         counter = replay.Counter("forks", len(others), report)
-        without_choice = 0
+        without_choice, failing = 0, list[str]()
         for part in replay.recalled_parts(repository, others):
             wanted = [(run, override) for run in part if (override := _other(run)) is not None]
             without_choice += len(part) - len(wanted)
@@ -325,15 +329,12 @@ def look_back(
                 # Batch by batch: whoever interrupts and asks again goes on from there. Of a fork
                 # in which a channel failed nothing is kept: a report would not say so.
                 repository.hindsight.save_takeovers(
-                    [line for line, item in made if not _fails_alone(item)]
+                    [line for line, item in made if not item.failed]
                 )
                 lines += (line for line, _ in made)
+                failing += (item.failed for _, item in made)
                 counter.add(len(made))
-        for architecture, channel, outcome, count in repository.hindsight.failed_in_forks(info.id):
-            notice(
-                f"{outcome} of channel {channel} in {amount(count, 'fork')} of {architecture}, and "
-                "not in the run: what is said of these takeovers is said of a channel that failed"
-            )
+        replay.tell_failed_beside(failing, "the fork")
         tell_refused(repository, info)
     counted = collections.Counter(line.class_ for line in lines)
     return TakeoverMatrix(
@@ -346,12 +347,6 @@ def look_back(
         harmful=sum(line.class_ == "spurious" and line.violation_s is not None for line in lines),
         lines=tuple(sorted(lines, key=lambda line: line.run)),
     )
-
-
-def _fails_alone(forked: Forked) -> bool:
-    """Tell whether a channel failed in a fork, and not so in the run."""
-    outcome = forked.fork.outcome
-    return outcome.startswith("channel_") and outcome != forked.origin.outcome
 
 
 def takeover_tick(recalled: Recalled) -> int | None:

@@ -35,11 +35,7 @@ from adeye.store.database import Door, Part, reading, writing
 from adeye.store.encoding import Row
 from adeye.store.evidence.roots import Certificates
 from adeye.store.ledger import insert_new, insert_rows, row_of
-from adeye.store.read.campaigns import (
-    contact_of,
-    executed_once,
-    failed_among,
-)
+from adeye.store.read.campaigns import contact_of, executed_once, failed_among
 from adeye.store.records import ContentRecord, ForkRecord, RunRef, of_row
 from adeye.store.texts import json_text
 from adeye.store.write.content import save_content
@@ -289,33 +285,11 @@ class TakeoverLine:
     fork_violation_s: float | None
 
 
-def failed_in_forks(
-    connection: Connection, campaign_id: str
-) -> tuple[tuple[str, str, str, int], ...]:
-    """Count the forks in which a channel failed that did not fail in the run.
-
-    Returns:
-        Architecture, channel, what happened, and in how many forks of runs of the campaign.
-    """
-    found = connection.exec_driver_sql(
-        "SELECT c.architecture, r.outcome_channel, r.outcome, COUNT(DISTINCT f.result_digest) "
-        "FROM fork f CROSS JOIN run r ON r.result_digest = f.result_digest "
-        "JOIN run o ON o.result_digest = f.origin_digest "
-        "JOIN campaign_case c ON c.result_digest = f.origin_digest "
-        "WHERE c.campaign_id = ? AND r.outcome_channel IS NOT NULL "
-        "AND (o.outcome_channel IS NULL OR o.outcome_channel <> r.outcome_channel) "
-        "GROUP BY 1, 2, 3 ORDER BY 1, 2, 3",
-        (campaign_id,),
-    )
-    return tuple((*item[:3], int(item[3])) for item in found)
-
-
 class Hindsight(Door):
     """Reads and keeps what was found out about runs, each method in one transaction."""
 
     save_forks = writing(save_forks)
     failed_among = reading(failed_among)
-    failed_in_forks = reading(failed_in_forks)
 
     half_steps = Part(HalfSteps)
     """Twins with half the step, and the numeric uncertainty that they told."""

@@ -10,7 +10,7 @@ from unittest.mock import Mock
 
 import pytest
 
-from adeye.campaign.replay import recall, replay_run
+from adeye.campaign.replay import failed_beside, recall, replay_run
 from adeye.campaign.studies import forks
 from adeye.campaign.studies.fault_timing import campaign_injections
 from adeye.campaign.studies.forks import TakeoverMatrix, fork_run, look_back
@@ -18,7 +18,7 @@ from adeye.errors import InputError, IntegrityError
 from adeye.judge.preventability import TAKEOVER_CLASSES
 from adeye.store.repository import Repository
 from adeye.sweep.case import AuthorityOverride
-from adeye.trace import LINK_TICKS
+from adeye.trace import LINK_TICKS, ChannelEvent
 from tests.project import CANDIDATE, CANDIDATE_ONLY, Executed, Project, one_scenario
 from tests.sql import alter, rows
 from tests.stored import known, stored
@@ -257,16 +257,27 @@ def test_channel_that_fails_in_a_fork_or_twin_alone_is_told(
     failed = {row["fault_entry"]: row["outcome"] for row in project.rows()}
     assert failed == {"none": "channel_error", "nominal_silent": "completed"}
     caplog.set_level("INFO", "adeye.notices")
-    told = "channel_error of channel nominal"
+    told = "channel_error of channel nominal of camera_radar in"
     for _ in range(2):
         caplog.clear()
         assert look_back(project.db).looked_at == 2
-        said, *refused_too = caplog.messages
-        assert said.startswith(f"{told} in 1 fork of camera_radar, and not in the run")
-        assert all("does not let campaign" in text for text in refused_too)
+        (said,) = caplog.messages
+        assert said.startswith(f"{told} the fork of 1 run, and not in the run itself")
         kept = "SELECT fault_entry FROM v_forks WHERE class IS NOT NULL"
         assert rows(project.db, kept) == [("none",)]
         caplog.clear()
         assert campaign_injections(project.db).looked_at == 1
-        said = caplog.messages[0]
-        assert said.startswith(f"{told} of camera_radar in a twin of 1 run, and not in the run")
+        (said,) = caplog.messages
+        assert said.startswith(f"{told} a twin of 1 run, and not in the run itself")
+
+
+def test_what_failed_in_the_run_itself_is_not_told_of_its_fork() -> None:
+    run = Mock(architecture="radar")
+    safety = ChannelEvent("channel_timeout", "safety", 2.0, "late")
+    nominal = ChannelEvent("channel_error", "nominal", 1.0, "dead")
+    both = replace(nominal, later=(safety,))
+    told = "channel_timeout of channel safety of radar"
+    assert failed_beside(run, nominal, None, both) == told
+    assert failed_beside(run, both, nominal, both) == ""
+    assert failed_beside(run, None, both, safety) == f"channel_error of channel nominal and {told}"
+    assert failed_beside(run, None, None) == ""
