@@ -741,17 +741,12 @@ def failed_channels(
         if about
         else "0"
         for name, pair in (
-            ("first", "(f.fsr_id = ? AND r.outcome_channel = ?)"),
-            ("twin", "(f.fsr_id = ? AND t.outcome_channel = ?)"),
+            ("first", "(f.fsr_id = ? AND c.outcome_channel = ?)"),
             ("later", "(f.fsr_id = ? AND e.subject = ?)"),
         )
     }
-    twins = (
-        f"{TWINS} JOIN run t ON t.result_digest = h.result_digest "
-        "JOIN run r ON r.result_digest = h.origin_digest"
-    )
-    asked = filled("failed_channels", twins=twins, **sides)
-    found = connection.exec_driver_sql(asked, (*named, campaign_id) * 4)
+    asked = filled("failed_channels", twins=TWINS, **sides)
+    found = connection.exec_driver_sql(asked, (campaign_id, campaign_id, *named, *named))
     return tuple((*item[:3], bool(item[3]), bool(item[4]), int(item[5])) for item in found)
 
 
