@@ -21,8 +21,7 @@ def require_step(step: object) -> None:
     Raises:
         UsageError: It is no number above 0 s, or above 1 s.
     """
-    is_number = isinstance(step, int | float) and not isinstance(step, bool)
-    if not (is_number and 0.0 < step <= 1.0):  # type: ignore[operator]
+    if isinstance(step, bool) or not isinstance(step, int | float) or not 0.0 < step <= 1.0:
         raise UsageError(f"step is {shown(step)}", remedy="Give seconds above 0, at most 1.")
 
 

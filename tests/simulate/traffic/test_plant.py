@@ -91,6 +91,13 @@ def test_vehicle_whose_fmu_fails_ends_the_campaign(folder: Path) -> None:
     assert error.exit_code == 3
 
 
+@pytest.mark.parametrize("status", ["-1", "fmi2Discard", "fmi2Error", "fmi2Fatal", "77"])
+def test_step_without_a_good_status_is_a_failure(folder: Path, status: str) -> None:
+    car(folder, name="ill", status=status)
+    ill = case({**PLANT, "file": "./ill.fmu"})
+    refused(PluginError, drive, [ill], folder, says="'./ill.fmu' failed at .* status")
+
+
 @pytest.mark.parametrize(
     ("step", "says"),
     [
