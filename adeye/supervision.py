@@ -234,14 +234,18 @@ def told(error: BaseException, asked: Any = None) -> str:
     return f"{type(error).__name__}: {said(error)}{place}"
 
 
-def hide(spellings: str, mask: str) -> None:
-    """Mask a secret in whatever an exception says from now on.
+_masks: Final[list[Callable[[str], str]]] = []
+"""Functions that mask secrets in a text."""
+
+
+def hide(mask: Callable[[str], str]) -> None:
+    """Mask secrets in whatever an exception says from now on.
 
     Args:
-        spellings: Pattern of how it may be written.
-        mask: What is put in its place.
+        mask: Give a text without them; it is asked when there is one.
     """
-    _hidden[spellings] = mask
+    if mask not in _masks:
+        _masks.append(mask)
 
 
 def said(error: BaseException) -> str:
@@ -250,13 +254,9 @@ def said(error: BaseException) -> str:
         text = str(error)
     except Exception:  # noqa: BLE001 - it is described, not obeyed
         return "it cannot say what it is"
-    for spellings, mask in _hidden.items():
-        text = re.sub(spellings, mask, text)
+    for mask in _masks:
+        text = mask(text)
     return text
-
-
-_hidden: Final[dict[str, str]] = {}
-"""Masks of secrets by the patterns of how they are written."""
 
 
 def own_frame(error: BaseException) -> traceback.FrameSummary | None:

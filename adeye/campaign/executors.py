@@ -19,8 +19,8 @@ from typing import Any, Final, Generic
 
 from adeye.errors import PlatformError
 from adeye.ports import Done, Result, Task
-from adeye.store.location import hide_secrets
-from adeye.supervision import NOTES_BYTES, at_work, note_in, settle_children
+from adeye.store.location import without_secrets
+from adeye.supervision import NOTES_BYTES, at_work, hide, note_in, settle_children
 
 __all__ = ["Done", "InProcess", "Processes", "Threads", "allow_children"]
 
@@ -319,7 +319,7 @@ def _serve(end: Connection, work: Callable[[Any], Any], notes: Any) -> None:
     os.setpgid(0, 0)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     os.environ.setdefault("OMP_NUM_THREADS", "1")
-    hide_secrets()
+    hide(without_secrets)
     while True:
         try:
             task = end.recv()

@@ -19,7 +19,7 @@ from adeye.cli.verbs import Program
 from adeye.errors import AdeyeError, InputError, Terminated, code_of
 from adeye.judge.verdict import ExitCode
 from adeye.notices import told_to
-from adeye.supervision import Ended, has_guests, note_end, supervise
+from adeye.supervision import Ended, has_guests, hide, note_end, supervise
 
 # --- The verbs of ``adeye`` put together, with what is common to all ------------------------------
 
@@ -113,6 +113,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # Matrices of plug-ins are multiplied by one thread, as those of programs: with more, last
         # bits hang on the number of cores, and every start waits for the threads.
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    if "ADEYE_DB" in os.environ:
+        from adeye.store.location import without_secrets
+
+        hide(without_secrets)
     ended = _supervised() if arguments is None else None
     if ended is not None:
         if ended.text:

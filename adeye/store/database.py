@@ -18,6 +18,7 @@ from sqlalchemy import Connection, Engine
 from adeye.errors import LostConnection, PlatformError
 from adeye.notices import AGAIN_S, notice, waiting_for
 from adeye.store.location import Location, Place, locate
+from adeye.supervision import hide
 
 WRITES: Final = "adeye_writes"
 """Execution option of a connection: that its transaction writes."""
@@ -61,6 +62,9 @@ class Database:
                 would make SQLite write.
         """
         self.location = locate(place)
+        if self.location.secrets:
+            # Guests may quote the environment, or what the program was called with.
+            hide(self.location.without_secrets)
         kind = _kind(self.location)
         # A server checks by itself who may write; there, what is only read is read by us only.
         reader = getattr(kind, "make_reader", kind.make_engine)

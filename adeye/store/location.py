@@ -10,7 +10,6 @@ import os
 import re
 import shlex
 import unicodedata
-from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Self, TypeAlias
@@ -18,7 +17,6 @@ from urllib.parse import quote_plus
 
 from adeye.errors import InputError
 from adeye.outputs import BESIDE_DATABASE, KEPT_FOLDER
-from adeye.supervision import hide
 from adeye.units import shown
 
 if TYPE_CHECKING:
@@ -123,17 +121,9 @@ class Location:
 
     def without_secrets(self, text: str) -> str:
         """Mask the passwords of its address in a text, however they are spelt there."""
-        for spellings in self._spelt():
-            text = re.sub(spellings, _MASK, text)
+        for secret in self.secrets:
+            text = re.sub("".join(map(_spellings, secret)), _MASK, text)
         return text
-
-    def hide(self) -> None:
-        """Mask its passwords in what guests raise from now on: they may quote the environment."""
-        for spellings in self._spelt():
-            hide(spellings, _MASK)
-
-    def _spelt(self) -> list[str]:
-        return ["".join(map(_spellings, secret)) for secret in self.secrets]
 
     def driver_arguments(self) -> dict[str, Any]:
         """What the driver of the server needs, as every verb gives it."""
@@ -251,16 +241,18 @@ def _server(rest: str) -> Location:
             f"database: the password of postgresql://… is masked as {_MASK}",
             remedy=f"Put it there, or into {VARIABLE} or the file that PGPASSFILE names.",
         )
-    found = Location(url, None)
-    found.hide()
-    return found
+    return Location(url, None)
 
 
-def hide_secrets() -> None:
-    """Mask the password of the database that the environment names in what guests raise."""
-    if _LIKE_A_SERVER.match(os.environ.get(VARIABLE, "")):
-        with suppress(InputError):
-            locate(os.environ[VARIABLE])
+def without_secrets(text: str) -> str:
+    """Mask the passwords of the server that the environment names in a text."""
+    if not _LIKE_A_SERVER.match(os.environ.get(VARIABLE, "")):
+        return text
+    try:
+        return locate(os.environ[VARIABLE]).without_secrets(text)
+    except InputError:
+        # It is not known where its password begins; whoever opens it is told.
+        return masked(text)
 
 
 def _unreadable() -> InputError:

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from adeye import supervision
 from adeye.store import tables
 from adeye.store.database import Database
 from tests.cli.conftest import Verb
@@ -161,3 +162,19 @@ def test_guest_that_quotes_the_environment_tells_no_secret(
     assert "channel_error of channel nominal" in told.out + told.err
     assert "RuntimeError: postgresql://" in (folder / "j.xml").read_text("utf-8")
     assert found_in(folder, {"out": told.out, "err": told.err}, url) == []
+
+
+def test_plugin_that_quotes_the_environment_when_it_is_read_tells_no_secret(
+    adeye: Verb, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """No database is opened to plan."""
+    project = Project(folder / "project", MINI)
+    text = "import os\nraise RuntimeError(os.environ['ADEYE_DB'].partition('@')[0][16:])"
+    (project.odd.parent / "quoting.py").write_text(text, "utf-8")
+    with project.edited_odd() as odd:
+        odd["plugins"] = ["./quoting.py:Quoting"]
+    monkeypatch.setattr(supervision, "_masks", [])
+    monkeypatch.setenv("ADEYE_DB", f"postgresql://me:{SPELT}@127.0.0.1:9/db")
+    told = adeye("plan", str(project.odd)).refused
+    assert "RuntimeError: ***" in told
+    assert found_in(folder / "none", {"err": told}) == []

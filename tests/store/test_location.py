@@ -6,7 +6,8 @@ import pytest
 
 from adeye import supervision
 from adeye.errors import InputError
-from adeye.store.location import Location, hide_secrets, locate, masked, option
+from adeye.store.database import Database
+from adeye.store.location import Location, locate, masked, option, without_secrets
 from tests.refusals import refused
 from tests.stored import stored
 
@@ -164,13 +165,23 @@ def test_what_a_driver_quotes_is_masked() -> None:
 
 def test_what_a_guest_quotes_of_the_environment_is_masked(monkeypatch: pytest.MonkeyPatch) -> None:
     address = "postgresql://me:Pl%40nt%20ed@host/db"
-    monkeypatch.setattr(supervision, "_hidden", {})
+    monkeypatch.setattr(supervision, "_masks", [])
     raised = RuntimeError(f"{address} Pl@nt ed")
-    assert "nt ed" in supervision.said(raised)
     monkeypatch.setenv("ADEYE_DB", address)
-    hide_secrets()
-    assert supervision.said(raised) == "postgresql://me:***@host/db ***"
-    monkeypatch.setattr(supervision, "_hidden", {})
-    monkeypatch.setenv("ADEYE_DB", "some.db")
-    hide_secrets()
     assert supervision.said(raised) == str(raised)
+    supervision.hide(without_secrets)
+    assert supervision.said(raised) == "postgresql://me:***@host/db ***"
+    monkeypatch.setenv("ADEYE_DB", "postgresql://me:half@a@host/db")
+    assert supervision.said(raised).startswith("postgresql://me:***")
+    monkeypatch.setenv("ADEYE_DB", "some.db")
+    assert supervision.said(raised) == str(raised)
+
+
+def test_what_a_guest_quotes_of_an_opened_database_is_masked(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(supervision, "_masks", [])
+    raised = RuntimeError("--db postgresql://me:pl4nt@host/db")
+    assert supervision.said(raised) == str(raised)
+    Database("postgresql://me:pl4nt@host/db").close()
+    assert supervision.said(raised) == "--db postgresql://me:***@host/db"
