@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 from adeye.campaign.naming import campaign_called, campaign_of_file, find_called, is_file_name
 from adeye.fields import fields_of
 from adeye.kernel.relation import tick_time
+from adeye.notices import notice
 from adeye.outputs import write_atomically
 from adeye.store.location import option
 
@@ -132,13 +133,14 @@ def claim(db: str | Path | None, name: str | None, options: ClaimOptions) -> Cla
         IntegrityError: Results are not as they were written.
     """
     from adeye.report.claims import claims_of
-    from adeye.store.read.totals import tell_refused
+    from adeye.store.read.totals import refused_in_words
     from adeye.store.repository import Repository
 
     with Repository.open(db, create=False) as repository:
         campaign = find_called(repository, name)
         repository.require_sound(campaign.id)
-        tell_refused(repository, campaign)
+        for text in refused_in_words(repository, campaign):
+            notice(text)
         return claims_of(repository, campaign, options)
 
 

@@ -29,7 +29,6 @@ from adeye.campaign.traces import kept_trace
 from adeye.campaign.work import WorkContext, evaluate, grouped, signals_of
 from adeye.errors import InputError, IntegrityError, SpecError, UsageError, amount, suggest
 from adeye.identity import file_digest
-from adeye.notices import notice
 from adeye.outputs import replacing
 from adeye.plugins import locate_file
 from adeye.simulate.channels.process.protocol import Witness
@@ -586,18 +585,18 @@ def _failures(event: ChannelEvent | None) -> tuple[ChannelEvent, ...]:
     return () if event is None else (event, *event.later)
 
 
-def tell_failed_beside(found: Iterable[str], where: str) -> None:
-    """Tell what ``failed_beside`` says of some runs.
+def failures_beside(found: Iterable[str], where: str) -> tuple[str, ...]:
+    """Say of some runs what ``failed_beside`` says of each.
 
     Args:
         found: What it says of each run.
         where: What was executed beside a run, such as ``the fork``.
     """
-    for text, count in sorted(collections.Counter(filter(None, found)).items()):
-        notice(
-            f"{text} in {where} of {amount(count, 'run')}, and not in the run itself: what is said "
-            "of that is said of a channel that failed"
-        )
+    return tuple(
+        f"{text} in {where} of {amount(count, 'run')}, and not in the run itself: what is said of "
+        "that is said of a channel that failed"
+        for text, count in sorted(collections.Counter(filter(None, found)).items())
+    )
 
 
 class Counter:

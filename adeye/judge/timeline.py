@@ -338,6 +338,7 @@ class Injection:
         class_: What became of the faults.
         twins: Trace digests of the fault-free twin, of the one in which the default channel acts
             throughout, and of the one that is both.
+        failed: Which channels failed in a twin and not in the run; empty for none.
     """
 
     run: str
@@ -349,6 +350,7 @@ class Injection:
     fault_free_violation_s: float | None
     class_: InjectionClass
     twins: tuple[str, ...] = ()
+    failed: str = ""
 
     @property
     def ftti_s(self) -> float | None:

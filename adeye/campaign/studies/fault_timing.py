@@ -10,17 +10,17 @@ from adeye.campaign.replay import (
     Recalled,
     Report,
     failed_beside,
+    failures_beside,
     recall,
     recalled_parts,
     require_as_recorded,
     require_same_code,
-    tell_failed_beside,
     together,
 )
 from adeye.errors import InputError
 from adeye.judge.timeline import Injection, classify_injection, tabulate, timeline, violation_s
 from adeye.signals import NO_FAULT
-from adeye.store.read.totals import tell_refused
+from adeye.store.read.totals import refused_in_words
 from adeye.store.repository import Repository
 from adeye.sweep.case import AuthorityOverride, TestCase
 
@@ -35,7 +35,6 @@ _RANDOM: Final = "random"
 _TWINS: Final = 3
 """Runs that are executed beside a run with a fault: without the fault, without the mechanism, both.
 """
-_BESIDE: Final = "a twin"
 
 
 @dataclass(frozen=True)
@@ -47,12 +46,14 @@ class InjectionTable:
         looked_at: Runs with a fault entry, executed beside their twins now or before.
         rows: Counts by fault entry, scenario and architecture.
         injections: The runs.
+        failed: Which parts failed, so that what is said rests on that, or the gate refuses it.
     """
 
     campaign: str
     looked_at: int
     rows: tuple[InjectionCount, ...]
     injections: tuple[Injection, ...]
+    failed: tuple[str, ...]
 
 
 def run_timeline(db: str | Path | None, run: str, report: Report | None = None) -> Injection:
@@ -75,9 +76,8 @@ def run_timeline(db: str | Path | None, run: str, report: Report | None = None) 
             remedy="Name a run whose fault entry is not 'none'.",
         )
     counter = Counter("execute", 1 + _TWINS, report)
-    found, failed = next(_injections([recalled]))
+    found = next(_injections([recalled]))
     counter.add(1 + _TWINS)
-    tell_failed_beside([failed], _BESIDE)
     return found
 
 
@@ -111,21 +111,20 @@ def campaign_injections(
         chosen = repository.hindsight.executed(info.id, most, only_faulty=True)
         found = [known[run.result_digest] for run in chosen if run.result_digest in known]
         others = [run for run in chosen if run.result_digest not in known]
-        counter, failing = Counter("faults", len(others), report), list[str]()
+        counter = Counter("faults", len(others), report)
         for part in recalled_parts(repository, others):
             for batch in together(part, lambda item: item):
                 made = list(_injections(batch))
                 # Batch by batch: whoever interrupts and asks again goes on from there. Of what a
                 # failed channel has a part in nothing is kept, so that it is told every time.
-                repository.hindsight.save_injections([item for item, failed in made if not failed])
-                found += (item for item, _ in made)
-                failing += (failed for _, failed in made)
+                repository.hindsight.save_injections([item for item in made if not item.failed])
+                found += made
                 counter.add(len(batch))
-        tell_failed_beside(failing, _BESIDE)
-        tell_refused(repository, info)
+        refused = refused_in_words(repository, info)
     found.sort(key=lambda item: item.run)
     rows = tabulate(found, lambda scenario: designs.get(scenario) == _RANDOM)
-    return InjectionTable(info.id, len(found), rows, tuple(found))
+    failed = *failures_beside((item.failed for item in found), "a twin"), *refused
+    return InjectionTable(info.id, len(found), rows, tuple(found), failed)
 
 
 def _designs(odd: Mapping[str, Any]) -> dict[str, str]:
@@ -135,11 +134,8 @@ def _designs(odd: Mapping[str, Any]) -> dict[str, str]:
     }
 
 
-def _injections(part: Sequence[Recalled]) -> Iterator[tuple[Injection, str]]:
-    """Execute runs of one structure together with their twins, by the code that executed them.
-
-    Beside each stands what ``failed_beside`` says of the twins.
-    """
+def _injections(part: Sequence[Recalled]) -> Iterator[Injection]:
+    """Execute runs of one structure together with their twins, by the code that executed them."""
     code = require_same_code(part)
     first, count = part[0], len(part)
     cases = [item.case for item in part]
@@ -154,7 +150,7 @@ def _injections(part: Sequence[Recalled]) -> Iterator[tuple[Injection, str]]:
         own, *beside = (
             of.channel_events[at] for at in (run, count + run) for of in (faulted, twins)
         )
-        injection = Injection(
+        yield Injection(
             run=item.run.result_digest,
             scenario=item.run.scenario,
             architecture=item.run.architecture,
@@ -164,8 +160,8 @@ def _injections(part: Sequence[Recalled]) -> Iterator[tuple[Injection, str]]:
             fault_free_violation_s=violation_s(twins, count + run),
             class_=classify_injection(times, without.fault_to_violation_s),
             twins=(of_twins[run], digests[count + run], of_twins[count + run]),
+            failed=failed_beside(item.run, own, *beside),
         )
-        yield injection, failed_beside(item.run, own, *beside)
 
 
 def _without_mechanism(case: TestCase) -> TestCase:

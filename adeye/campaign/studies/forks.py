@@ -18,7 +18,7 @@ from adeye.judge.timeline import violation_s
 from adeye.judge.uncertainty import verdict_with
 from adeye.kernel.relation import tick_time
 from adeye.simulate.world.clock import ticks
-from adeye.store.read.totals import tell_refused
+from adeye.store.read.totals import refused_in_words
 from adeye.store.records import ForkRecord
 from adeye.store.repository import Repository
 from adeye.store.write.studies import TakeoverLine
@@ -264,6 +264,7 @@ class TakeoverMatrix:
             or since the start where there is none.
         harmful: Spurious ones that violate although their fork does not.
         lines: The runs.
+        failed: Which parts failed, so that what is said rests on that, or the gate refuses it.
     """
 
     campaign: str
@@ -274,6 +275,7 @@ class TakeoverMatrix:
     avoidable: int
     harmful: int
     lines: tuple[TakeoverLine, ...]
+    failed: tuple[str, ...]
 
     @property
     def precision(self) -> tuple[int, int]:
@@ -334,8 +336,7 @@ def look_back(
                 lines += (line for line, _ in made)
                 failing += (item.failed for _, item in made)
                 counter.add(len(made))
-        replay.tell_failed_beside(failing, "the fork")
-        tell_refused(repository, info)
+        failed = *replay.failures_beside(failing, "the fork"), *refused_in_words(repository, info)
     counted = collections.Counter(line.class_ for line in lines)
     return TakeoverMatrix(
         campaign=info.id,
@@ -346,6 +347,7 @@ def look_back(
         avoidable=sum(line.class_ == "missed" and line.fork_violation_s is None for line in lines),
         harmful=sum(line.class_ == "spurious" and line.violation_s is not None for line in lines),
         lines=tuple(sorted(lines, key=lambda line: line.run)),
+        failed=failed,
     )
 
 

@@ -12,7 +12,7 @@ from adeye.cli.results.runs import LastFailed, RunName, Worst, run_called
 from adeye.errors import amount
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable
 
     from adeye.campaign.studies.fault_timing import InjectionTable
     from adeye.campaign.studies.forks import Forked, TakeoverMatrix
@@ -59,11 +59,18 @@ def fork(
         adeye fork 3f2a91c04b --from '2 s' --authority safety
         adeye fork 3f2a --from 0 --authority nominal --json
     """
+    from adeye.campaign.replay import failures_beside
     from adeye.campaign.studies.forks import fork_run
 
     with watching(quiet=quiet) as report:
         forked = fork_run(db, run, start=start, authority=authority, report=report)
+    _tell(failures_beside([forked.failed], "the fork"))
     out.emit_found("fork", forked, _print_fork, json=json)
+
+
+def _tell(failed: Iterable[str]) -> None:
+    for text in failed:
+        out.talk(out.clean(f"note: {text}"))
 
 
 def _print_fork(forked: Forked) -> None:
@@ -128,6 +135,7 @@ def forks(
 
     with watching(quiet=quiet) as report:
         found = look_back(db, campaign, most=sample or None, report=report)
+    _tell(found.failed)
     shares = {"precision": list(found.precision), "recall": list(found.recall)}
     out.emit_found(
         "forks",
@@ -224,11 +232,13 @@ def timeline(
         adeye timeline 3f2a91c04b
         adeye timeline 3f2a --json
     """
+    from adeye.campaign.replay import failures_beside
     from adeye.campaign.studies.fault_timing import run_timeline
 
     called = run_called(db, run, worst, last_failed=last_failed)
     with watching(quiet=quiet) as report:
         found = run_timeline(db, called, report)
+    _tell(failures_beside([found.failed], "a twin"))
     out.emit_found("timeline", found, _print_timeline, json=json, document=document)
 
 
@@ -306,6 +316,7 @@ def faults(
         return
     with watching(quiet=quiet) as report:
         found = campaign_injections(db, campaign, most=sample or None, report=report)
+    _tell(found.failed)
     count = found.looked_at
     out.emit_found("faults", found, _print_table, json=json, document=_table, looked_at=count)
 

@@ -25,7 +25,6 @@ from adeye.judge.verdict import (
     fold_runs,
     gate_exit,
 )
-from adeye.notices import notice
 from adeye.store.evidence.vouched import Withdrawal
 from adeye.store.records import LEFT_OUT, RAISED, of_fields
 from adeye.store.repository import Repository
@@ -609,11 +608,13 @@ def _changed_by_step(repository: Repository, campaign: CampaignInfo) -> list[str
     return list(told)
 
 
-def tell_refused(repository: Repository, campaign: CampaignInfo) -> None:
-    """Tell which parts failed, so that the gate refuses what else is said of the campaign."""
+def refused_in_words(repository: Repository, campaign: CampaignInfo) -> list[str]:
+    """Say which parts failed so that the gate refuses a campaign, whatever else is said of it."""
     failures = [str(item) for item in channel_failures(repository, campaign) if item.refused]
-    for text in (*failed_parts(repository, campaign)[0], *failures):
-        notice(f"the gate does not let campaign {campaign.id[:10]} pass: {text}")
+    return [
+        f"the gate does not let campaign {campaign.id[:10]} pass: {text}"
+        for text in (*failed_parts(repository, campaign)[0], *failures)
+    ]
 
 
 def failed_parts(repository: Repository, campaign: CampaignInfo) -> tuple[list[str], list[str]]:

@@ -416,6 +416,7 @@ def _injection(item: Any) -> Injection:
         times=of_row(Timeline, item),
         without_mechanism=Timeline(**json.loads(item["without_mechanism"])),
         twins=tuple(json.loads(item["twins"])),
+        failed="",
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -12,8 +13,8 @@ import pytest
 
 from adeye.campaign.replay import failed_beside, recall, replay_run
 from adeye.campaign.studies import forks
-from adeye.campaign.studies.fault_timing import campaign_injections
 from adeye.campaign.studies.forks import TakeoverMatrix, fork_run, look_back
+from adeye.cli.app import main
 from adeye.errors import InputError, IntegrityError
 from adeye.judge.preventability import TAKEOVER_CLASSES
 from adeye.store.repository import Repository
@@ -245,7 +246,7 @@ def test_precision_and_recall_are_those_of_the_lines(matrix: TakeoverMatrix) -> 
 
 
 def test_channel_that_fails_in_a_fork_or_twin_alone_is_told(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     odd = one_scenario("cut_in", "nominal_silent", gap=["60 m"], relative_speed=["-10 km/h"])
     project = Project(tmp_path, {**odd, "architectures": CANDIDATE_ONLY})
@@ -256,19 +257,24 @@ def test_channel_that_fails_in_a_fork_or_twin_alone_is_told(
     project.run()
     failed = {row["fault_entry"]: row["outcome"] for row in project.rows()}
     assert failed == {"none": "channel_error", "nominal_silent": "completed"}
-    caplog.set_level("INFO", "adeye.notices")
     told = "channel_error of channel nominal of camera_radar in"
+    fork, twin = (f"{told} {where} of 1 run, and not" for where in ("the fork", "a twin"))
+    run = next(row["run"] for row in project.rows() if row["fault_entry"] != "none")
     for _ in range(2):
-        caplog.clear()
-        assert look_back(project.db).looked_at == 2
-        (said,) = caplog.messages
-        assert said.startswith(f"{told} the fork of 1 run, and not in the run itself")
+        for verb, given, said in (
+            ("forks", ["--json"], fork),
+            ("faults", [], twin),
+            ("timeline", [run, "--json"], twin),
+            ("fork", [run, "--from", "2 s", "--authority", "nominal"], fork),
+        ):
+            capsys.readouterr()
+            assert main([verb, *given, "--db", str(project.db), "--quiet"]) == 0
+            out, err = capsys.readouterr()
+            assert f"note: {said}" in err
+            assert "--json" not in given or told[:31] in str(json.loads(out)["failed"])
         kept = "SELECT fault_entry FROM v_forks WHERE class IS NOT NULL"
         assert rows(project.db, kept) == [("none",)]
-        caplog.clear()
-        assert campaign_injections(project.db).looked_at == 1
-        (said,) = caplog.messages
-        assert said.startswith(f"{told} a twin of 1 run, and not in the run itself")
+        assert rows(project.db, "SELECT COUNT(*) FROM v_faults") == [(0,)]
 
 
 def test_what_failed_in_the_run_itself_is_not_told_of_its_fork() -> None:
